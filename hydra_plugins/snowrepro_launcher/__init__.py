@@ -1,0 +1,1 @@
+"""Hydra's launcher plug-in of snowrepro: hydra/launcher=local."""

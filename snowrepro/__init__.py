@@ -1,0 +1,31 @@
+"""Experiment sweeps and reproduction of "Snow Simulation Considering Pressure Sintering"."""
+
+import os
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
+
+if TYPE_CHECKING:
+    from .analysis.fragments import classify
+    from .analysis.summary import summarise
+    from .config import compose
+    from .simulate import simulate
+    from .store.runs import open_run
+
+__all__ = ["classify", "compose", "open_run", "simulate", "summarise"]
+
+_HOMES = {
+    "classify": ".analysis.fragments",
+    "compose": ".config",
+    "open_run": ".store.runs",
+    "simulate": ".simulate",
+    "summarise": ".analysis.summary",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import on first use, so that ``import snowrepro`` does not start Taichi."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'snowrepro' has no attribute '{name}'")
+    return getattr(import_module(_HOMES[name], __name__), name)

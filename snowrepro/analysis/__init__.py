@@ -1,0 +1,1 @@
+"""Lumps and powder: what still holds together after the collision, and what the paper claims of it."""

@@ -1,0 +1,181 @@
+"""The command line: ``snowrepro run``, ``config`` and ``classify``."""
+
+import argparse
+import logging
+import sys
+from collections.abc import Sequence
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+from .config import CONF_DIR, Config, compose_raw
+from .errors import ExitCode, RunsFailed, SnowreproError
+from .sweep.plan import Plan, make_plan
+
+console = Console(stderr=True, highlight=False)
+
+RUN_HELP = """\
+examples:
+  snowrepro run shape=ball floor=L pressure=2000 sintering=paper fidelity=preview
+  snowrepro run -m pressure=500,2000 sintering=paper,none
+  snowrepro run experiment=fig5
+
+exit codes: 0 fine, 2 bad input (config, folder), 3 runs failed, 4 not all there, 130 interrupted
+"""
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Entry point; exits with an ``ExitCode``."""
+    options = _parser().parse_args(arguments)
+    try:
+        code = options.command(options)
+    except KeyboardInterrupt:
+        _say("interrupted; what was finished is kept, the same command goes on from there")
+        code = ExitCode.INTERRUPTED
+    except SnowreproError as error:
+        _say(f"error: {error}")
+        code = error.exit_code
+    sys.exit(int(code))
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="snowrepro", description='Reproduce "Snow Simulation Considering Pressure Sintering".'
+    )
+    commands = parser.add_subparsers(required=True, metavar="command")
+
+    run = commands.add_parser(
+        "run", help="simulate one run, a sweep or an experiment", epilog=RUN_HELP,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )  # fmt: skip
+    run.add_argument("-m", "--multirun", action="store_true", help="the overrides name several runs")
+    run.add_argument("overrides", nargs="*", help="Hydra overrides; 'snowrepro config' shows what there is")
+    run.set_defaults(command=run_command)
+
+    show = commands.add_parser("config", help="print the configuration that the overrides give")
+    show.add_argument("overrides", nargs="*")
+    show.set_defaults(command=config_command)
+
+    classify = commands.add_parser("classify", help="lumps and powder of a finished run")
+    classify.add_argument("run", help="id of a run in the store, or path of its file")
+    classify.add_argument("--store", default="runs", help="folder that keeps the runs (default: %(default)s)")
+    classify.set_defaults(command=classify_command)
+    return parser
+
+
+def run_command(options: argparse.Namespace) -> ExitCode:
+    """Validate everything, run what is not done, then report from the store."""
+    plan = make_plan(options.overrides, options.multirun)
+    from .scene.build import build_scene
+    from .store import runs
+
+    for config in plan.configs:
+        build_scene(config)
+    runs.require_writable(plan.configs[0].store)
+    done = [runs.is_done(config) for config in plan.configs]
+    if plan.is_sweep:
+        _say(f"{len(done)} runs, {sum(done)} of them done, store '{plan.configs[0].store}'")
+        if not all(done):
+            _launch(plan)
+        return _report_sweep(plan)
+    _run_one(plan.configs[0], done[0])
+    return ExitCode.FINE
+
+
+def config_command(options: argparse.Namespace) -> ExitCode:
+    """Print the composed configuration as YAML."""
+    from omegaconf import OmegaConf
+
+    plan = make_plan(options.overrides, False)
+    print(OmegaConf.to_yaml(compose_raw(plan.overrides), resolve=True), end="")
+    return ExitCode.FINE
+
+
+def classify_command(options: argparse.Namespace) -> ExitCode:
+    """Print the summary of one run."""
+    from .analysis.summary import summarise
+    from .store.runs import open_run
+
+    with open_run(options.run, options.store) as dataset:
+        _print_rows(summarise(dataset))
+    return ExitCode.FINE
+
+
+def _run_one(config: Config, done: bool) -> None:
+    """Run one case in this process with a progress bar."""
+    from .analysis.summary import summarise
+    from .run import run
+    from .store import runs
+
+    if done:
+        _say("this run is done")
+    else:
+        logging.getLogger("snowrepro").addHandler(_console_log())
+    columns = (TextColumn("frame {task.completed:.0f}/{task.total:.0f}"), BarColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True, disable=done or not console.is_terminal) as bar:
+        task = bar.add_task("run", total=config.loading.frames)
+        path = run(config, lambda progress: bar.update(task, completed=progress.frame))
+    with runs.open_run(path) as dataset:
+        _print_rows(summarise(dataset))
+    print(path)
+
+
+def _launch(plan: Plan) -> None:
+    """Hand the sweep to Hydra, whose launcher runs the jobs; the store says afterwards what became of them."""
+    import hydra
+
+    from .run import run_raw
+
+    command, sys.argv = sys.argv, ["snowrepro", "--multirun", *plan.overrides]
+    try:
+        hydra.main(version_base="1.3", config_path=str(CONF_DIR), config_name="config")(run_raw)()
+    except SystemExit:
+        pass  # Hydra exits when a job failed; which one is read from the store
+    finally:
+        sys.argv = command
+
+
+def _report_sweep(plan: Plan) -> ExitCode:
+    """Write the experiment's report, or list the runs of a plain sweep.  Raises RunsFailed if any is missing."""
+    from .report.page import write_report
+    from .store import runs
+
+    missing = [config for config in plan.configs if not runs.is_done(config)]
+    if plan.configs[0].experiment:
+        report = write_report(plan.configs, plan.overrides)
+        print(f"verdict: {report.verdict}")
+        print(f"report: {report.folder / 'index.md'}")
+    else:
+        for config in plan.configs:
+            if config not in missing:
+                _print_line(config)
+    if missing:
+        reasons = "; ".join(f"{runs.identify(c)}: {runs.failure(c) or 'no result'}" for c in missing)
+        raise RunsFailed(f"{len(missing)} of {len(plan.configs)} runs have no result: {reasons}")
+    return ExitCode.FINE
+
+
+def _print_line(config: Config) -> None:
+    """One run of a sweep in one line."""
+    from .analysis.fragments import classify
+    from .store import runs
+
+    with runs.open_run(runs.result_path(config)) as dataset:
+        print(f"{runs.identify(config)}: mass in lumps {classify(dataset).lump_fraction:.3f}")
+
+
+def _print_rows(row: dict) -> None:
+    width = max(len(name) for name in row)
+    for name, value in row.items():
+        print(f"{name:{width}}  {value:.5g}" if isinstance(value, float) else f"{name:{width}}  {value}")
+
+
+def _console_log() -> logging.Handler:
+    handler = logging.StreamHandler()
+    handler.setFormatter(logging.Formatter("%(message)s"))
+    handler.addFilter(lambda record: record.levelno < logging.ERROR)  # errors are told once, at the end
+    return handler
+
+
+def _say(text: str) -> None:
+    console.print(text, markup=False, soft_wrap=True)

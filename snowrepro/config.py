@@ -1,0 +1,281 @@
+"""What a run is: the configuration, validated before any work.
+
+``compose`` turns Hydra overrides into a ``Config``; nothing else in the package needs Hydra's types.
+Lengths are in cells of the paper's grid; ``reading.cell`` turns them into the reading's unit.
+"""
+
+import difflib
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+from hydra import compose as hydra_compose
+from hydra import initialize_config_dir
+from hydra.core.global_hydra import GlobalHydra
+from hydra.errors import HydraException
+from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from .errors import ConfigError
+
+_PACKAGE = Path(__file__).resolve().parent
+# An installed wheel carries conf/ inside the package; a clone has it beside.
+CONF_DIR = _PACKAGE / "conf" if (_PACKAGE / "conf").is_dir() else _PACKAGE.parent / "conf"
+
+Point = tuple[float, float]
+
+
+class Section(BaseModel):
+    """Base of all sections: immutable, and a misspelt key is an error."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Outline(Section):
+    """A closed curve in cells: a circle, or a polygon given by its corners."""
+
+    kind: Literal["circle", "polygon"]
+    radius: float | None = Field(None, gt=0, description="circle: radius [cells]")
+    points: tuple[Point, ...] | None = Field(None, description="polygon: corners in order [cells]")
+
+    @model_validator(mode="after")
+    def _has_what_its_kind_needs(self) -> "Outline":
+        if self.kind == "circle" and self.radius is None:
+            raise ValueError("a circle needs a radius")
+        if self.kind == "polygon" and (self.points is None or len(self.points) < 3):
+            raise ValueError("a polygon needs at least three points")
+        return self
+
+
+class Shape(Section):
+    """The body of snow before it is pressed."""
+
+    name: str
+    outline: Outline
+
+
+class Floor(Section):
+    """What the snow falls on, and the box around the scene."""
+
+    name: str
+    outline: Outline
+    width: float = Field(gt=10, description="width of the domain [cells]")
+    surface: float = Field(ge=0, description="height that the drop is measured from [cells]")
+    drop_x: float = Field(gt=0, description="where the snow's centre is above the floor [cells]")
+
+
+class Material(Section):
+    """Table 1: the snow before sintering."""
+
+    rho: float = Field(gt=0, description="initial density [kg/m^3]")
+    E: float = Field(gt=0, description="initial Young's modulus [Pa]")
+    nu: float = Field(ge=0, lt=0.5, description="initial Poisson's ratio [1]")
+    mass: float = Field(gt=0, description="mass of a particle, Table 1 [kg]")
+    theta_c: float = Field(gt=0, lt=1, description="critical compression [1]")
+    theta_s: float = Field(gt=0, lt=1, description="critical stretch [1]")
+    xi: float = Field(ge=0, description="initial hardening coefficient [1]")
+
+
+class Sintering(Section):
+    """Eqs. 2, 6, 7 and 9: whether they act while the snow is pressed, and their constants."""
+
+    name: str
+    enabled: bool
+    rho_max: float = Field(gt=0, description="maximum density [kg/m^3]")
+    C1: float = Field(ge=0, description="Eq. 2, internal force [1/(Pa s)]")
+    C2: float = Field(ge=0, description="Eq. 2, external force [s/length]")
+    C3: float = Field(ge=-16, le=16, description="Eq. 7 [1]")
+    C4: float = Field(ge=0, description="Eq. 9, internal force [1/Pa]")
+    C5: float = Field(ge=0, description="Eq. 9, external force [s^2/length]")
+
+
+class Loading(Section):
+    """When the snow is pressed and how long it is watched (Sec. 4.1)."""
+
+    press_frames: int = Field(gt=0, description="frames with force and sintering [1]")
+    frames: int = Field(gt=0, description="frames in all [1]")
+    frame_time: float = Field(gt=0, le=1, description="length of a frame [s]")
+
+    @model_validator(mode="after")
+    def _falls_after_pressing(self) -> "Loading":
+        if self.frames < self.press_frames:
+            raise ValueError(f"frames ({self.frames}) must not be fewer than press_frames ({self.press_frames})")
+        return self
+
+
+class Reading(Section):
+    """One way to read what the paper leaves open; conf/reading says why each default is as it is."""
+
+    name: str
+    length_unit: Literal["cell", "m"]
+    cell: float = Field(gt=0, description="a cell of the paper's grid in length units")
+    gravity: float = Field(ge=0, description="downward acceleration after release [length/s^2]")
+    drop_height: float = Field(gt=0, description="free height under the snow [cells]")
+    press: Literal["radial_linear", "radial_constant", "shell", "two_sides"]
+    press_ramp: int = Field(ge=0, description="frames over which the force grows to its value [1]")
+    press_damping: float = Field(ge=0, description="damping of velocities while pressed [1/s]")
+    unsintered: Literal["pressed", "not_pressed"]
+    release: Literal["keep_velocity", "rest"]
+    external_force: Literal["per_unit_mass", "per_particle"]
+    cadence: Literal["frame", "substep"]
+    hardening_growth: Literal["per_update", "per_time"]
+    density_changes: Literal["moduli", "moduli_and_volume"]
+    poisson_denominator: Literal["consistent", "as_printed"]
+    poisson_cap: float = Field(gt=0, lt=0.5, description="upper bound of Poisson's ratio [1]")
+    plane: Literal["strain", "stress_zz_zero"]
+    hardening_exponent: tuple[float, float] = Field(description="bounds of xi (1 - J_P) in Eq. 1 [1]")
+    plastic_volume: tuple[float, float] = Field(description="bounds of J_P [1]")
+    initial_volume: Literal["grid_density", "sampled"]
+    contact: Literal["legacy", "coulomb"]
+    friction: float = Field(ge=0, description="Coulomb friction of the floor [1]")
+
+    @model_validator(mode="after")
+    def _bounds_are_ordered(self) -> "Reading":
+        low, high = self.hardening_exponent
+        if not -16.5 <= low <= 0 <= high <= 16.5:
+            raise ValueError("hardening_exponent must be [low, high] with -16.5 <= low <= 0 <= high <= 16.5")
+        low, high = self.plastic_volume
+        if not 0 < low <= 1 <= high:
+            raise ValueError("plastic_volume must be [low, high] with 0 < low <= 1 <= high")
+        return self
+
+
+class Fidelity(Section):
+    """How finely the scene is resolved."""
+
+    name: str
+    dx: float = Field(gt=0, le=4, description="grid spacing [cells of the paper]")
+    particles_per_cell: int = Field(ge=1, le=64, description="particles in a grid cell at the start [1]")
+
+
+class Solver(Section):
+    """Numerical choices."""
+
+    spline: Literal["quadratic", "cubic"]
+    cfl: float = Field(gt=0, le=1, description="time step in units of dx / (wave speed + speed) [1]")
+    max_substeps: int = Field(gt=0, description="substeps a frame beyond which a run counts as diverged [1]")
+    max_bounded: float = Field(ge=0, le=1, description="part of the particles at a bound of J_P, likewise [1]")
+
+
+class Output(Section):
+    """What is kept of a run."""
+
+    every: int = Field(gt=0, description="frames between stored particle states [1]")
+
+
+class Analysis(Section):
+    """What counts as a lump."""
+
+    link_length: float = Field(gt=0, description="longest bond at release [grid spacings]")
+    break_strain: float = Field(gt=0, description="|ln(length / length at release)| that breaks a bond [1]")
+    core_fraction: float = Field(gt=0, le=1, description="part of its bonds that a core particle may lose [1]")
+    lump_mass: float = Field(gt=0, lt=1, description="least mass of a lump [part of the body]")
+    lump_cells: float = Field(ge=0, description="least size of a lump [cells of unpressed snow]")
+    settled_change: float = Field(gt=0, description="new broken bonds below which a run is settled [part of the bonds]")
+    settled_frames: int = Field(gt=0, description="frames over which settled_change is taken [1]")
+
+
+class Config(Section):
+    """One run, whole."""
+
+    shape: Shape
+    floor: Floor
+    pressure: float = Field(ge=0, le=1e12, description="nominal pressure at the snow's centre [unit of E]")
+    sintering: Sintering
+    material: Material
+    loading: Loading
+    reading: Reading
+    fidelity: Fidelity
+    solver: Solver
+    seed: int = Field(ge=0, le=2**31 - 1)
+    output: Output
+    analysis: Analysis
+    store: str = Field(min_length=1, description="folder that keeps the runs")
+    reports: str = Field(min_length=1, description="folder that reports are written to")
+    experiment: dict[str, Any] | None = None
+
+    @model_validator(mode="after")
+    def _density_can_grow(self) -> "Config":
+        if self.sintering.rho_max <= self.material.rho:
+            raise ValueError(
+                f"sintering.rho_max ({self.sintering.rho_max}) must exceed material.rho ({self.material.rho})"
+            )
+        return self
+
+    @property
+    def dx(self) -> float:
+        """Grid spacing in length units."""
+        return self.fidelity.dx * self.reading.cell
+
+
+def compose(overrides: Sequence[str] = ()) -> Config:
+    """Compose and validate one run.
+
+    ``overrides`` are Hydra's, for example ``["shape=ball", "pressure=500", "sintering=none"]``.
+    Raises ConfigError with the reason, and the right names where a name was wrong.
+    """
+    return validate(compose_raw(overrides))
+
+
+def compose_raw(overrides: Sequence[str], hydra_node: bool = False) -> DictConfig:
+    """Hydra's own composition; with ``hydra_node`` its settings (sweeper, launcher) come along."""
+    GlobalHydra.instance().clear()
+    try:
+        with initialize_config_dir(version_base="1.3", config_dir=str(CONF_DIR)):
+            return hydra_compose("config", overrides=list(overrides), return_hydra_config=hydra_node)
+    except (HydraException, OmegaConfBaseException) as error:
+        raise ConfigError(_one_message(error)) from error
+
+
+def validate(raw: DictConfig) -> Config:
+    """Turn Hydra's config into a ``Config``.  Raises ConfigError naming each wrong key and its bounds."""
+    try:
+        plain = OmegaConf.to_container(OmegaConf.masked_copy(raw, [k for k in raw if k != "hydra"]), resolve=True)
+        return Config.model_validate(plain)
+    except OmegaConfBaseException as error:
+        raise ConfigError(_one_message(error)) from error
+    except ValidationError as error:
+        raise ConfigError("; ".join(_explain(item) for item in error.errors())) from error
+
+
+def _explain(item: dict[str, Any]) -> str:
+    """One pydantic error as 'key: what is wrong (got value)'."""
+    where = ".".join(str(part) for part in item["loc"]) or "config"
+    if item["type"] == "extra_forbidden":
+        return _no_such_key(where)
+    message = re.sub(r"^Value error, |^Input ", "", item["msg"])
+    shown = "" if isinstance(item["input"], dict) else f" (got {item['input']!r})"
+    return f"{where}: {message}{shown}"
+
+
+def _one_message(error: Exception) -> str:
+    """Hydra's message on one line, with the right names when a key was wrong."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    text = " ".join(lines)
+    choice = re.search(
+        r"Could not find '([^/']+)/([^']*)' Available options in '[^']+': (.*?)( Config search path|$)", text
+    )
+    if choice:
+        return f"there is no {choice[1]} '{choice[2]}'; there are: {', '.join(choice[3].split())}"
+    unknown = re.search(r"Could not override '([^']+)'", text) or re.search(r"Key '(\w+)' is not in struct", text)
+    if unknown:
+        return _no_such_key(unknown[1].lstrip("+"))
+    return text
+
+
+def _no_such_key(key: str) -> str:
+    """Say that a key does not exist, which is near to it, and which there are."""
+    section: type[BaseModel] = Config
+    *parents, last = key.split(".")
+    for parent in parents:
+        field = section.model_fields.get(parent)
+        if field is None or not isinstance(field.annotation, type) or not issubclass(field.annotation, BaseModel):
+            last = parent
+            break
+        section = field.annotation
+    names = sorted(section.model_fields)
+    near = difflib.get_close_matches(last, names, n=1)
+    hint = f"; did you mean '{near[0]}'?" if near else "."
+    return f"there is no setting '{key}'{hint} There are: {', '.join(names)}"

@@ -1,0 +1,46 @@
+"""Failures that a user can act on, each with its exit code; the command line prints them in one line."""
+
+from enum import IntEnum
+
+
+class ExitCode(IntEnum):
+    """Exit codes of ``snowrepro``."""
+
+    FINE = 0
+    CONTRADICTED = 1  # reserved for checks and claims
+    USAGE = 2
+    RUNS_FAILED = 3
+    INCOMPLETE = 4
+    INTERRUPTED = 130
+
+
+class SnowreproError(Exception):
+    """Base of the errors that end a command with one message."""
+
+    exit_code = ExitCode.RUNS_FAILED
+
+
+class ConfigError(SnowreproError):
+    """A name, value or combination that cannot be run."""
+
+    exit_code = ExitCode.USAGE
+
+
+class StoreError(SnowreproError):
+    """A folder or file that cannot be read or written."""
+
+    exit_code = ExitCode.USAGE
+
+
+class Diverged(SnowreproError):
+    """The simulation stopped being one: it says cause, particle, frame and time."""
+
+
+class RunsFailed(SnowreproError):
+    """A sweep in which at least one run has no result."""
+
+
+class Incomplete(SnowreproError):
+    """A question that the available runs cannot answer."""
+
+    exit_code = ExitCode.INCOMPLETE

@@ -1,0 +1,60 @@
+"""Steps 5 and 8: collision of nodes and of particles with the floor, a signed distance on the grid."""
+
+import taichi as ti
+
+
+@ti.func
+def slide(velocity, normal, friction):
+    """Coulomb contact: remove the inward normal part; friction takes up to ``friction`` times it."""
+    inward = velocity.dot(normal)
+    result = velocity
+    if inward < 0.0:
+        tangential = velocity - inward * normal
+        speed = tangential.norm() + 1e-300
+        result = tangential * ti.max(0.0, 1.0 + friction * inward / speed)
+    return result
+
+
+@ti.func
+def node_velocity(velocity, distance, normal, laws: ti.template()):
+    """Step 5: the node's velocity after contact; the floor acts up to one grid spacing above itself."""
+    result = velocity
+    if ti.static(laws.stick_inside):
+        if distance <= 0.0:
+            result = ti.Vector.zero(ti.f64, 2)
+        elif distance < laws.dx:
+            result = slide(velocity, normal, laws.friction)
+    else:
+        if distance < 0.0:
+            result = slide(velocity, normal, laws.friction)
+    return result
+
+
+@ti.func
+def cell_of(position, nodes: ti.template(), laws: ti.template()):
+    """Lower left node of the cell around a point, kept on the grid: a diverging particle must not read beyond it."""
+    corner = ti.floor(position / laws.dx, ti.i32)
+    for d in ti.static(range(2)):
+        corner[d] = ti.max(0, ti.min(corner[d], nodes.size[d] - 2))
+    return corner
+
+
+@ti.func
+def floor_at(position, nodes: ti.template(), laws: ti.template()):
+    """Signed distance and outward normal at a point, bilinear between the nodes."""
+    corner = cell_of(position, nodes, laws)
+    f = position / laws.dx - corner
+    distance = 0.0
+    normal = ti.Vector.zero(ti.f64, 2)
+    for i, j in ti.static(ti.ndrange(2, 2)):
+        weight = (f[0] if ti.static(i == 1) else 1.0 - f[0]) * (f[1] if ti.static(j == 1) else 1.0 - f[1])
+        distance += weight * nodes.distance[corner[0] + i, corner[1] + j]
+        normal += weight * nodes.normal[corner[0] + i, corner[1] + j]
+    return distance, normal / (normal.norm() + 1e-300)
+
+
+@ti.func
+def near_floor(position, nodes: ti.template(), laws: ti.template()):
+    """Whether the floor can be within reach: a cheap look at one node."""
+    corner = cell_of(position, nodes, laws)
+    return nodes.distance[corner[0], corner[1]] < 2.0 * laws.dx

@@ -1,0 +1,159 @@
+"""Drive the kernels frame by frame: pressing stage, release, falling stage (Sec. 4.1)."""
+
+import contextlib
+import io
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import taichi as ti
+
+from ..config import Config
+from ..errors import Diverged
+from ..scene.build import Scene
+from ..scene.press import SHELL_CELLS, external_force
+from . import state, steps
+from .laws import Laws, laws_of
+
+
+@dataclass(frozen=True)
+class Frame:
+    """The run at the end of one frame; ``read`` gives a copy of a particle quantity by name."""
+
+    number: int
+    time: float
+    substeps: int
+    smallest_step: float
+    pushed_out: int
+    particles: state.Particles
+
+    def read(self, name: str) -> np.ndarray:
+        """A copy of one quantity of PARTICLE_STATE, shape (n, *shape)."""
+        return self.particles.read(name)
+
+
+def start_taichi() -> None:
+    """Start Taichi afresh: one thread, f64, and no fast math, so that bits repeat."""
+    with contextlib.redirect_stdout(io.StringIO()):  # it announces itself
+        ti.init(arch=ti.cpu, default_fp=ti.f64, default_ip=ti.i32, fast_math=False, cpu_max_num_threads=1)
+
+
+def frames(config: Config, scene: Scene) -> Iterator[Frame]:
+    """Yield frame 0 (the start) and then each frame to the last.
+
+    Raises Diverged with cause, particle, frame and time when the run stops being a simulation.
+    """
+    start_taichi()
+    laws = laws_of(config)
+    particles, nodes, ledger = allocate(config, scene, laws)
+    loading = config.loading
+    pressed = config.sintering.enabled or config.reading.unsintered == "pressed"
+
+    yield Frame(0, 0.0, 0, 0.0, 0, particles)
+    for number in range(1, loading.frames + 1):
+        pressing = number <= loading.press_frames
+        if number == loading.press_frames + 1:
+            release(particles, at_rest=config.reading.release == "rest")
+        if pressing and pressed:
+            particles.write("force", _pressing_force(config, scene, particles.read("position"), number))
+        steps.advance_frame(
+            particles,
+            nodes,
+            ledger,
+            laws,
+            gravity=0.0 if pressing else config.reading.gravity,
+            damping=config.reading.press_damping if pressing else 0.0,
+            sinters=int(pressing and config.sintering.enabled),
+        )
+        _check(ledger, particles, laws, number)
+        _check_volume(particles, config, number)
+        yield Frame(
+            number,
+            number * loading.frame_time,
+            ledger.substeps[None],
+            ledger.smallest_step[None],
+            ledger.pushed_out[None],
+            particles,
+        )
+
+
+def allocate(config: Config, scene: Scene, laws: Laws) -> tuple[state.Particles, state.Nodes, state.Ledger]:
+    """Particles and nodes of the scene at frame 0, undeformed and at rest."""
+    n = len(scene.positions)
+    material = config.material
+    mu = material.E / (2.0 * (1.0 + material.nu))
+    lam = material.nu * material.E / ((1.0 + material.nu) * (1.0 - 2.0 * material.nu))
+    particles = state.Particles(n)
+    nodes = state.Nodes(scene.node_distance, scene.node_normal)
+    ledger = state.Ledger()
+    first_values = {
+        "position": scene.positions,
+        "F_E": np.tile(np.eye(2), (n, 1, 1)),
+        "J_P": np.ones(n),
+        "density": np.full(n, material.rho),
+        "young": np.full(n, material.E),
+        "poisson": np.full(n, material.nu),
+        "hardening": np.full(n, material.xi),
+        "mass": np.full(n, scene.mass),
+        "volume": np.full(n, scene.volume),
+        "mu": np.full(n, mu),
+        "lam": np.full(n, lam),
+    }  # all else starts at zero
+    for name, values in first_values.items():
+        particles.write(name, values)
+    if config.reading.initial_volume == "grid_density":
+        steps.step_2_volume(particles, nodes, laws)
+    return particles, nodes, ledger
+
+
+def release(particles: state.Particles, at_rest: bool) -> None:
+    """Frame 101: the external force goes; ``at_rest`` also takes the motion that pressing left."""
+    particles.force.fill(0.0)
+    if at_rest:
+        particles.velocity.fill(0.0)
+        particles.affine.fill(0.0)
+
+
+def _pressing_force(config: Config, scene: Scene, positions: np.ndarray, frame: int) -> np.ndarray:
+    """The external force b of one frame, as an acceleration (n, 2)."""
+    ramp = config.reading.press_ramp
+    share = min(1.0, frame / ramp) if ramp else 1.0
+    return external_force(
+        config.reading.press,
+        positions,
+        scene.depth,
+        share * config.pressure,
+        config.material.rho,
+        scene.radius,
+        SHELL_CELLS * config.reading.cell,
+    )
+
+
+def _check(ledger: state.Ledger, particles: state.Particles, laws: Laws, frame: int) -> None:
+    """Raise Diverged if the frame did not end well."""
+    status = ledger.status[None]
+    if status == state.RUNNING:
+        return
+    time = (frame - 1) * laws.frame_time + ledger.elapsed[None]
+    where = f"in frame {frame} at t = {time:.4g} s"
+    if status == state.TOO_MANY_SUBSTEPS:
+        raise Diverged(
+            f"diverged {where}: the time step fell to {ledger.smallest_step[None]:.2g} s, "
+            f"which needs more than {laws.max_substeps} substeps a frame"
+        )
+    p = ledger.particle[None]
+    x, y = particles.position[p]
+    cause = "left the grid" if status == state.LEFT_GRID else "has a strain that is inverted or not finite"
+    raise Diverged(f"diverged {where}: particle {p} at ({x:.4g}, {y:.4g}) {cause}")
+
+
+def _check_volume(particles: state.Particles, config: Config, frame: int) -> None:
+    """Raise Diverged if many particles are at a bound of J_P: their deformation is no longer followed."""
+    low, high = config.reading.plastic_volume
+    J_P = particles.read("J_P")
+    part = float(((J_P <= low) | (J_P >= high)).mean())
+    if part > config.solver.max_bounded:
+        raise Diverged(
+            f"diverged in frame {frame} at t = {frame * config.loading.frame_time:.4g} s: J_P of {part:.0%} of the "
+            f"particles is at its bounds [{low:g}, {high:g}], beyond which the law does not describe snow"
+        )

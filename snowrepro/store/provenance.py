@@ -1,0 +1,55 @@
+"""Where a result comes from: versions, git state, machine."""
+
+import platform
+import subprocess
+from datetime import datetime, timezone
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+PACKAGES = ("snowrepro", "taichi", "numpy", "scipy", "xarray", "netCDF4", "hydra-core")
+
+
+def provenance() -> dict[str, str]:
+    """Attributes for a result; "unknown" where something cannot be told."""
+    versions = ", ".join(f"{name} {_version(name)}" for name in PACKAGES)
+    return {
+        "versions": f"python {platform.python_version()}, {versions}",
+        "git_state": _git_state(),
+        "machine": f"{platform.system()} {platform.machine()}, {_cpu()}",
+        "created": datetime.now(timezone.utc).isoformat(timespec="seconds"),
+    }
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "unknown"
+
+
+def _git_state() -> str:
+    """Commit of the clone that this code runs from, with "modified" where the tree differs from it."""
+    here = Path(__file__).resolve().parents[2]
+    if not (here / ".git").exists():
+        return "unknown"
+    commit = _output(["git", "-C", str(here), "rev-parse", "HEAD"])
+    changed = _output(["git", "-C", str(here), "status", "--porcelain", "--untracked-files=no"])
+    return (commit or "unknown") + (" modified" if changed else "")
+
+
+def _cpu() -> str:
+    """Model name of the processor."""
+    try:
+        for line in Path("/proc/cpuinfo").read_text().splitlines():
+            if line.startswith("model name"):
+                return line.split(":", 1)[1].strip()
+    except OSError:
+        pass
+    return platform.processor() or "unknown"
+
+
+def _output(command: list[str]) -> str:
+    try:
+        return subprocess.run(command, capture_output=True, text=True, timeout=10, check=True).stdout.strip()
+    except (OSError, subprocess.SubprocessError):
+        return ""

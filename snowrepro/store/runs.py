@@ -1,0 +1,135 @@
+"""One folder a run: ``run.nc`` once it is done, ``failed.json`` if it failed, ``progress.json`` meanwhile."""
+
+import json
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import xarray as xr
+
+from ..config import Config
+from ..errors import StoreError
+from ..simulate import MODEL_VERSION
+from .identity import run_id
+from .provenance import provenance
+
+RESULT = "run.nc"
+
+
+def identify(config: Config) -> str:
+    """The run's id under this version of the model."""
+    return run_id(config, MODEL_VERSION)
+
+
+def run_dir(config: Config) -> Path:
+    """The run's folder."""
+    return Path(config.store) / identify(config)
+
+
+def result_path(config: Config) -> Path:
+    """Where the run's result is, or will be."""
+    return run_dir(config) / RESULT
+
+
+def is_done(config: Config) -> bool:
+    """Whether a whole result is there: it opens and is the one that its folder promises."""
+    path = result_path(config)
+    if not path.exists():
+        return False
+    try:
+        with xr.open_dataset(path) as dataset:
+            return dataset.attrs.get("run_id") == identify(config)
+    except (OSError, ValueError):
+        return False
+
+
+def open_run(id_or_path: str | Path, store: str | Path = "runs") -> xr.Dataset:
+    """Open a run by its id in ``store`` or by the path of its file or folder.  Raises StoreError if there is none."""
+    for candidate in (Path(id_or_path), Path(store) / id_or_path):
+        path = candidate / RESULT if candidate.is_dir() else candidate
+        if path.is_file():
+            try:
+                return xr.open_dataset(path)
+            except (OSError, ValueError) as error:
+                raise StoreError(f"{path} cannot be read as a run: {error}") from error
+    raise StoreError(f"there is no run '{id_or_path}': neither a file nor an id in the folder '{store}'")
+
+
+def save(dataset: xr.Dataset, config: Config, seconds: float) -> Path:
+    """Write a run's result, whole or not at all, and forget an earlier failure."""
+    path = result_path(config)
+    dataset = dataset.assign_attrs(
+        run_id=identify(config), seed=config.seed, wall_seconds=round(seconds, 3), **provenance()
+    )
+    packed = {"zlib": True, "complevel": 1, "shuffle": True}
+    encoding = {name: packed for name in dataset.data_vars if "snapshot" in dataset[name].dims}
+    with _published(path) as partial:
+        try:
+            dataset.to_netcdf(partial, engine="netcdf4", encoding=encoding)
+        except RuntimeError as error:  # what netCDF4 raises on a full disk
+            raise OSError(str(error)) from error
+    (path.parent / "failed.json").unlink(missing_ok=True)
+    return path
+
+
+def save_failure(config: Config, message: str) -> None:
+    """Record why a run has no result."""
+    with _published(run_dir(config) / "failed.json") as partial:
+        partial.write_text(json.dumps({"message": message, **provenance()}, indent=1))
+
+
+def failure(config: Config) -> str | None:
+    """Why the last attempt at a run failed; None if it did not."""
+    return _read_json(run_dir(config) / "failed.json").get("message")
+
+
+def save_progress(config: Config, frame: int, frames: int, substeps: int) -> None:
+    """Say how far a run is, for whoever watches."""
+    with _published(run_dir(config) / "progress.json", durable=False) as partial:
+        partial.write_text(json.dumps({"frame": frame, "frames": frames, "substeps": substeps}))
+
+
+def progress(folder: Path) -> dict[str, int]:
+    """What ``save_progress`` last said; empty if nothing."""
+    return _read_json(folder / "progress.json")
+
+
+def forget_progress(config: Config) -> None:
+    """The run is no longer under way."""
+    (run_dir(config) / "progress.json").unlink(missing_ok=True)
+
+
+def require_writable(folder: str | Path) -> None:
+    """Make a folder and check that files can be made in it.  Raises StoreError if not."""
+    try:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise StoreError(f"cannot write into the folder '{folder}': {error.strerror or error}") from error
+
+
+def _read_json(path: Path) -> dict:
+    try:
+        return json.loads(path.read_text())
+    except (OSError, ValueError):
+        return {}
+
+
+@contextmanager
+def _published(path: Path, durable: bool = True) -> Iterator[Path]:
+    """A scratch file that becomes ``path`` in one rename if the block ends well, and vanishes if not."""
+    partial = path.with_name(f"{path.name}.{os.getpid()}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        yield partial
+        if durable:
+            with open(partial, "rb") as file:
+                os.fsync(file.fileno())
+        os.replace(partial, path)
+    except OSError as error:
+        raise StoreError(f"cannot write {path}: {error.strerror or error}") from error
+    finally:
+        partial.unlink(missing_ok=True)
