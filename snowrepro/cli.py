@@ -1,9 +1,11 @@
 """The command line: ``snowrepro run``, ``config`` and ``classify``."""
 
 import argparse
+import contextlib
 import logging
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
@@ -26,7 +28,12 @@ exit codes: 0 fine, 2 bad input (config, folder), 3 runs failed, 4 not all there
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Entry point; exits with an ``ExitCode``."""
-    options = _parser().parse_args(arguments)
+    parser = _parser()
+    options, more = parser.parse_known_args(arguments)
+    if more and ("overrides" not in options or any(text.startswith("-") for text in more)):
+        parser.error(f"unrecognized arguments: {' '.join(more)}")
+    if more:
+        options.overrides += more  # argparse stops at an option between overrides
     try:
         code = options.command(options)
     except KeyboardInterrupt:
@@ -127,10 +134,13 @@ def _launch(plan: Plan) -> None:
     from .run import run_raw
 
     command, sys.argv = sys.argv, ["snowrepro", "--multirun", *plan.overrides]
+    sweep_log = Path(plan.configs[0].store) / "sweep.log"
     try:
-        hydra.main(version_base="1.3", config_path=str(CONF_DIR), config_name="config")(run_raw)()
+        # Hydra prints a traceback for a failed job and exits; the table and the store tell it better.
+        with open(sweep_log, "w") as noise, contextlib.redirect_stderr(noise):
+            hydra.main(version_base="1.3", config_path=str(CONF_DIR), config_name="config")(run_raw)()
     except SystemExit:
-        pass  # Hydra exits when a job failed; which one is read from the store
+        pass
     finally:
         sys.argv = command
 
@@ -150,8 +160,9 @@ def _report_sweep(plan: Plan) -> ExitCode:
             if config not in missing:
                 _print_line(config)
     if missing:
-        reasons = "; ".join(f"{runs.identify(c)}: {runs.failure(c) or 'no result'}" for c in missing)
-        raise RunsFailed(f"{len(missing)} of {len(plan.configs)} runs have no result: {reasons}")
+        reasons = "; ".join(f"{runs.identify(c)}: {runs.failure(c) or 'it ended early'}" for c in missing)
+        count = f"{len(missing)} of {len(plan.configs)} runs have no result"
+        raise RunsFailed(f"{count} (more in {Path(plan.configs[0].store) / 'sweep.log'}): {reasons}")
     return ExitCode.FINE
 
 

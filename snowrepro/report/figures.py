@@ -58,8 +58,7 @@ def draw_strip(rows: Sequence[Row], frames: Sequence[int], config: Config, path:
                 continue
             colour = SNOW
             if by_fragment and frame in row.fragments:
-                colours = fragment_colours(row.fragments[frame], colours)
-                colour = colours[1]
+                colour = colours = fragment_colours(row.fragments[frame], colours)
             _draw_snow(ax, row.dataset, frame, colour, panel * 72 / width)
         axes[0].set_ylabel(row.label, rotation=0, ha="right", va="center", fontsize=9, labelpad=8)
     for frame, ax in zip(frames, grid[0], strict=True):
@@ -73,29 +72,27 @@ def crop(config: Config) -> tuple[float, float]:
     return width * config.reading.cell, height * config.reading.cell
 
 
-def fragment_colours(now: Fragments, before: tuple[np.ndarray, list[str]] | None) -> tuple[np.ndarray, list[str]]:
-    """A colour for each particle: lumps keep that of their largest ancestor, powder is grey.
+def fragment_colours(now: Fragments, before: list[str] | None) -> list[str]:
+    """A colour for each particle: a lump keeps that of its largest ancestor, powder is grey.
 
-    ``before``: what this returned for the frame before.  Returns (lump index by particle, colours).
+    ``before``: the colours of the column before, None in the first.
     """
     colours = np.full(len(now.label), POWDER, dtype=object)
     taken: set[str] = set()
-    free = 0
-    for lump in np.flatnonzero(now.is_lump):
+    for lump in np.flatnonzero(now.is_lump):  # heaviest first, so the largest heir keeps the colour
         members = now.label == lump
-        colour = None
-        if before is not None:
-            old, counts = np.unique(np.asarray(before[1])[members], return_counts=True)
-            ancestor = old[np.argmax(counts)]
-            colour = ancestor if ancestor != POWDER and ancestor not in taken else None
-        while colour is None:
-            colour = LUMPS[free % len(LUMPS)]
-            free += 1
-            if colour in taken and free < len(LUMPS):
-                colour = None
-        taken.add(colour)
-        colours[members] = colour
-    return now.label, list(colours)
+        inherited = _commonest(np.asarray(before)[members]) if before is not None else POWDER
+        free = [colour for colour in LUMPS if colour not in taken]
+        if inherited == POWDER or inherited in taken:
+            inherited = free[0] if free else LUMPS[lump % len(LUMPS)]
+        taken.add(inherited)
+        colours[members] = inherited
+    return list(colours)
+
+
+def _commonest(values: np.ndarray) -> str:
+    found, counts = np.unique(values, return_counts=True)
+    return str(found[np.argmax(counts)])
 
 
 def draw_calibration(table: pd.DataFrame, targets: Sequence[float], chosen: Sequence[float | None], path: Path) -> None:

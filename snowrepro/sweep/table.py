@@ -1,5 +1,6 @@
 """The live table of a sweep on a terminal; plain lines elsewhere."""
 
+import sys
 import time
 from collections.abc import Sequence
 
@@ -18,7 +19,7 @@ class SweepTable:
     """Shows jobs as they run; call it with the jobs several times a second."""
 
     def __init__(self, console: Console | None = None):
-        self.console = console or Console(stderr=True)
+        self.console = console or Console(file=sys.__stderr__)
         self.live = Live(console=self.console, auto_refresh=False) if self.console.is_terminal else None
         self.started = self.last = time.monotonic()
         self.told: set[int] = set()

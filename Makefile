@@ -1,0 +1,36 @@
+# Two commands for a newcomer: make reproduce, make test.
+PYTHON ?= python3
+FIDELITY ?= paper
+VENV := .venv
+BIN := $(VENV)/bin
+
+.PHONY: reproduce test lint lock benchmark clean
+
+reproduce: $(VENV)/installed  ## Figure 5 of the paper into reports/fig5/
+	$(BIN)/snowrepro run experiment=fig5 fidelity=$(FIDELITY)
+
+test: $(VENV)/installed
+	$(BIN)/python -m pytest
+
+lint: $(VENV)/installed
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+benchmark: $(VENV)/installed
+	$(BIN)/python benchmarks/speed.py
+
+# Renew the locked dependencies (needs uv): hashes, no addresses.
+lock:
+	uv pip compile --universal --generate-hashes --no-emit-index-url --no-header \
+		--python-version 3.10 pyproject.toml --extra dev -o requirements.lock
+
+# The wheel cache of pip makes a second environment quick; --no-deps because the lock is complete.
+$(VENV)/installed: requirements.lock pyproject.toml
+	$(PYTHON) -c 'import sys; assert (3, 10) <= sys.version_info < (3, 14), "Python 3.10 to 3.13 is needed; try make PYTHON=python3.12"'
+	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes --no-deps -r requirements.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	touch $@
+
+clean:
+	rm -rf $(VENV) build dist

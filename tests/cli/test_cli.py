@@ -1,0 +1,163 @@
+"""The command line as a user meets it: processes, exit codes, and the disk afterwards."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from tests.conftest import SMALL
+
+
+def results(folder: Path) -> list[Path]:
+    return sorted((folder / "runs").glob("*/run.nc")) if (folder / "runs").exists() else []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["shape=bal"], "there is no shape 'bal'; there are: ball"),
+        (["pressure=-1"], "pressure: should be greater than or equal to 0"),
+        (["floor.drop_x=10"], "does not fit the domain"),
+        (["store=/proc/nowhere"], "cannot write into the folder '/proc/nowhere'"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_2(snowrepro, tmp_path, arguments, message):
+    """No traceback, no folder, no result."""
+    done = snowrepro("run", *arguments)
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert "Traceback" not in done.stderr + done.stdout
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_diverging_run_fails_with_exit_3(snowrepro, tmp_path):
+    """pressure=1e9: the reason on the screen and in the folder, and nothing that counts as done."""
+    done = snowrepro("run", "pressure=1e9", "fidelity=preview")
+    assert done.returncode == 3
+    assert "error: diverged in frame" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert results(tmp_path) == []
+    (failed,) = (tmp_path / "runs").glob("*/failed.json")
+    assert "diverged in frame" in json.loads(failed.read_text())["message"]
+
+
+def test_a_run_explains_itself_and_is_found_done(snowrepro, tmp_path):
+    """One file with units everywhere; the second call simulates nothing and says the same."""
+    first = snowrepro("run", *SMALL)
+    assert first.returncode == 0, first.stderr
+    (path,) = results(tmp_path)
+    assert first.stdout.splitlines()[-1] == str(path.relative_to(tmp_path))
+    with xr.open_dataset(path) as run:
+        assert {"position", "velocity", "density", "young", "poisson", "hardening", "J_P", "von_mises"} <= set(run)
+        assert {"substeps", "total_mass", "momentum_x", "kinetic_energy", "poisson_capped"} <= set(run)
+        assert all(run[name].attrs.get("units") for name in run.variables)
+        assert {"config", "versions", "seed", "git_state", "machine", "run_id"} <= set(run.attrs)
+    written = path.stat().st_mtime_ns
+    second = snowrepro("run", *SMALL)
+    assert second.returncode == 0
+    assert second.stdout == first.stdout
+    assert path.stat().st_mtime_ns == written
+    shown = snowrepro("classify", path.parent.name)
+    assert shown.returncode == 0
+    assert shown.stdout.splitlines() == first.stdout.splitlines()[:-1]
+
+
+def test_two_processes_give_the_same_bits(tmp_path):
+    """Two runs at once in two processes agree in every bit of every array."""
+    command = [sys.executable, "-m", "snowrepro", "run", *SMALL, "pressure=3000"]
+    folders = [tmp_path / name for name in "ab"]
+    for folder in folders:
+        folder.mkdir()
+    running = [subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL) for folder in folders]
+    assert [process.wait(timeout=300) for process in running] == [0, 0]
+    one, other = (xr.open_dataset(results(folder)[0]).load() for folder in folders)
+    assert float(one.mean_hardening[-1]) > 10
+    for name in one.variables:
+        np.testing.assert_array_equal(one[name].values, other[name].values, err_msg=name)
+
+
+def test_a_sweep_skips_what_is_done(snowrepro, tmp_path):
+    """-m runs the product; the second call has nothing to do; each run has its own file."""
+    sweep = ["run", "-m", "pressure=500,3000", "sintering=paper,none", *SMALL]
+    first = snowrepro(*sweep)
+    assert first.returncode == 0, first.stderr
+    assert len(results(tmp_path)) == 4
+    assert "4 runs, 0 of them done" in first.stderr
+    assert first.stdout.count("mass in lumps") == 4
+    stamps = [path.stat().st_mtime_ns for path in results(tmp_path)]
+    second = snowrepro(*sweep)
+    assert "4 runs, 4 of them done" in second.stderr
+    assert second.stdout == first.stdout
+    assert [path.stat().st_mtime_ns for path in results(tmp_path)] == stamps
+
+
+def test_one_diverged_run_does_not_stop_the_others(snowrepro, tmp_path):
+    """The sweep keeps going, names the failed run and exits with 3; the report shows it as missing."""
+    done = snowrepro(
+        "run", "experiment=fig5", "pressure=500,1e9", "sintering=none", "experiment.frames=[0,20,60]", *SMALL
+    )
+    assert done.returncode == 3
+    assert len(results(tmp_path)) == 1
+    assert "1 of 2 runs have no result" in done.stderr
+    assert "Traceback" not in done.stderr
+    page = (tmp_path / "reports" / "fig5-preview" / "index.md").read_text()
+    assert "**missing**: pressure 1e+09, sintering none: diverged in frame" in page
+    assert "REPRODUCED" not in page.split("C1")[1].split("|")[3]
+
+
+@pytest.mark.parametrize("sweep", [False, True])
+def test_ctrl_c_stores_nothing(tmp_path, sweep):
+    """An interrupt in mid-run: one line, exit code 130, no result, no scraps, no process left."""
+    command = [sys.executable, "-m", "snowrepro", "run", "fidelity=preview"]
+    command += ["-m", "pressure=2000,3000"] if sweep else []
+    process = subprocess.Popen(
+        command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    deadline = time.monotonic() + 120
+    while not list(tmp_path.glob("runs/*/progress.json")) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    os.killpg(process.pid, signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "interrupted" in errors
+    assert "Traceback" not in errors
+    assert results(tmp_path) == []
+    assert not list(tmp_path.glob("runs/*/*.part"))
+    assert not list(tmp_path.glob("runs/*/progress.json"))
+
+
+def test_kill_9_stores_nothing_and_the_next_call_mends_it(snowrepro, tmp_path):
+    """A run that was killed is simply not done; running it again completes it."""
+    command = [sys.executable, "-m", "snowrepro", "run", *SMALL]
+    process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    deadline = time.monotonic() + 120
+    while not list(tmp_path.glob("runs/*/progress.json")) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    process.kill()
+    process.wait()
+    assert results(tmp_path) == []
+    assert snowrepro("run", *SMALL).returncode == 0
+    assert len(results(tmp_path)) == 1
+    assert not list(tmp_path.glob("runs/*/progress.json"))
+
+
+def test_help_names_the_exit_codes(snowrepro):
+    done = snowrepro("run", "--help")
+    assert done.returncode == 0
+    assert "exit codes" in done.stdout
+    assert "130 interrupted" in done.stdout
+
+
+def test_config_prints_what_would_run(snowrepro):
+    done = snowrepro("config", "pressure=7", "reading=si")
+    assert done.returncode == 0
+    assert "pressure: 7" in done.stdout
+    assert "length_unit: m" in done.stdout

@@ -1,0 +1,45 @@
+"""Shared fixtures: Taichi started afresh, and a small run that several tests look at."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import xarray as xr
+
+from snowrepro.config import Config, compose
+from snowrepro.simulate import simulate
+
+# A run that ends in seconds: coarse, short, and with all that a long one has.
+SMALL = ["fidelity=preview", "loading.press_frames=20", "loading.frames=60", "reading.drop_height=8"]
+
+
+@pytest.fixture
+def taichi() -> None:
+    """Taichi as a run starts it."""
+    from snowrepro.mpm.solver import start_taichi
+
+    start_taichi()
+
+
+@pytest.fixture(scope="session")
+def small_config() -> Config:
+    """The configuration of the small run."""
+    return compose([*SMALL, "pressure=3000"])
+
+
+@pytest.fixture(scope="session")
+def small_run(small_config: Config) -> xr.Dataset:
+    """The small run, simulated once."""
+    return simulate(small_config)
+
+
+@pytest.fixture
+def snowrepro(tmp_path: Path):
+    """Run the command line in an empty folder; returns a function of its arguments."""
+
+    def call(*arguments: str, **options) -> subprocess.CompletedProcess:
+        command = [sys.executable, "-m", "snowrepro", *arguments]
+        return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300, **options)
+
+    return call

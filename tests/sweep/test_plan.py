@@ -1,0 +1,98 @@
+"""What a command line asks for, and jobs in processes."""
+
+import functools
+import os
+import time
+
+import cloudpickle
+import pytest
+
+from snowrepro.errors import ConfigError
+from snowrepro.sweep.plan import make_plan
+from snowrepro.sweep.processes import Job, run_jobs
+
+
+def test_one_run():
+    plan = make_plan(["pressure=7", "sintering=none"], multirun=False)
+    assert not plan.is_sweep
+    assert [(c.pressure, c.sintering.name) for c in plan.configs] == [(7, "none")]
+
+
+def test_a_sweep_is_the_product():
+    plan = make_plan(["pressure=500,2000", "sintering=paper,none", "seed=range(3)"], multirun=True)
+    assert len(plan.configs) == 12
+    assert {(c.pressure, c.sintering.name, c.seed) for c in plan.configs} == {
+        (p, s, i) for p in (500, 2000) for s in ("paper", "none") for i in range(3)
+    }
+
+
+def test_an_experiment_names_its_runs_and_the_command_line_wins():
+    assert len(make_plan(["experiment=fig5"], False).configs) == 6
+    fewer = make_plan(["experiment=fig5", "pressure=520", "fidelity=preview"], False)
+    assert [(c.pressure, c.sintering.name, c.fidelity.name) for c in fewer.configs] == [
+        (520, "paper", "preview"),
+        (520, "none", "preview"),
+    ]
+    assert fewer.configs[0].experiment["name"] == "fig5"
+
+
+@pytest.mark.parametrize(
+    ("overrides", "message"),
+    [
+        (["shape=bal"], "there is no shape 'bal'; there are: .*ball"),
+        (["fidelity=ultra"], "there is no fidelity 'ultra'; there are: fine, paper, preview"),
+        (["presure=5"], "there is no setting 'presure'; did you mean 'pressure'"),
+        (["reading.gravty=5"], "there is no setting 'reading.gravty'; did you mean 'gravity'"),
+        (["pressure=-1"], "pressure: should be greater than or equal to 0 .got -1"),
+        (["reading.poisson_cap=0.5"], "reading.poisson_cap: should be less than 0.5"),
+        (["pressure=many"], "pressure: should be a valid number"),
+        (["solver.spline=linear"], "solver.spline: should be 'quadratic' or 'cubic'"),
+        (["loading.frames=50"], "frames .50. must not be fewer than press_frames .100."),
+        (["sintering.rho_max=50"], "sintering.rho_max .50.0. must exceed material.rho"),
+        (["pressure=.nan"], "pressure"),
+        (["pressure=1,2"], "add -m"),
+        (["shape=[ball"], "cannot read"),
+        (["experiment=fig7"], "there is no experiment 'fig7'; there are: calibration, fig5"),
+    ],
+)
+def test_wrong_input_is_refused_with_a_reason(overrides, message):
+    with pytest.raises(ConfigError, match=message):
+        make_plan(overrides, multirun=False)
+
+
+def test_one_wrong_run_refuses_the_whole_sweep():
+    with pytest.raises(ConfigError, match="pressure"):
+        make_plan(["pressure=1,2,-3"], multirun=True)
+
+
+def _jobs(*calls) -> list[Job]:
+    return [Job(str(i), cloudpickle.dumps(call)) for i, call in enumerate(calls)]
+
+
+def test_jobs_run_in_processes_of_their_own():
+    jobs = _jobs(*[os.getpid] * 3)
+    run_jobs(jobs, workers=2, watch=lambda _: None)
+    assert len({job.result for job in jobs} | {os.getpid()}) == 4
+    assert {job.state for job in jobs} == {"done"}
+
+
+def test_a_crash_is_one_failed_job():
+    """A killed process and an exception fail alone."""
+    jobs = _jobs(functools.partial(os.kill, 0, 0), functools.partial(os._exit, 9), functools.partial(int, "x"))
+    run_jobs(jobs, workers=2, watch=lambda _: None)
+    assert [job.state for job in jobs] == ["done", "failed", "failed"]
+    assert "code 9" in str(jobs[1].result)
+    assert isinstance(jobs[2].result, ValueError)
+
+
+def test_an_interrupt_ends_the_running_jobs():
+    """Ctrl-C in the parent leaves no child behind."""
+    jobs = _jobs(*[functools.partial(time.sleep, 60)] * 2)
+
+    def interrupt(_):
+        raise KeyboardInterrupt
+
+    started = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        run_jobs(jobs, workers=2, watch=interrupt)
+    assert time.monotonic() - started < 20
