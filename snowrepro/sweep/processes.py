@@ -5,10 +5,13 @@ A job that crashes is one failed job.  Ctrl-C ends the running jobs and is passe
 
 import multiprocessing
 import os
+import signal
 import sys
 import tempfile
+import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from multiprocessing.process import BaseProcess
 from pathlib import Path
@@ -17,6 +20,7 @@ from typing import Any
 import cloudpickle
 
 POLL_SECONDS = 0.1
+GRACE_SECONDS = 10.0
 
 
 @dataclass
@@ -56,15 +60,30 @@ def run_jobs(jobs: Sequence[Job], workers: int, watch: Callable[[Sequence[Job]],
             for _, process, _ in running:
                 process.terminate()
             for _, process, _ in running:
-                process.join()
+                process.join(GRACE_SECONDS)
+                process.kill()
 
 
 def _start(context: Any, job: Job, scratch: Path) -> tuple[Job, BaseProcess, Path]:
     answer = scratch / f"{id(job)}.pickle"
     process = context.Process(target=_child, args=(job.payload, str(answer)))
-    process.start()
+    with _interrupts_ignored():
+        process.start()
     job.state, job.started = "running", time.monotonic()
     return job, process, answer
+
+
+@contextmanager
+def _interrupts_ignored() -> Iterator[None]:
+    """What is started inside never sees Ctrl-C: the parent does, and ends its jobs in order."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, handler)
 
 
 def _finish(job: Job, process: BaseProcess, answer: Path) -> None:
@@ -79,7 +98,8 @@ def _finish(job: Job, process: BaseProcess, answer: Path) -> None:
 
 
 def _child(payload: bytes, answer: str) -> None:
-    """Entry of the fresh process."""
+    """Entry of the fresh process; being terminated lets the job tidy up."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         result = cloudpickle.loads(payload)()
     except KeyboardInterrupt:
