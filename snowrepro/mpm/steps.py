@@ -59,10 +59,9 @@ def advance_frame(
                     step_4_and_5_node_velocity(i, j, nodes, laws, dt, gravity, damping)
                 top_speed2 = 0.0
                 for p in range(particles.count):
-                    step_6_to_9_particle(p, particles, nodes, laws, dt)
-                    top_speed2 = ti.max(top_speed2, particles.velocity[p].norm_sqr())
-                    if contact.near_floor(particles.position[p], nodes, laws):
-                        pushed_out += push_out(p, particles, nodes, laws)
+                    speed2, pushed = step_6_to_9_particle(p, particles, nodes, laws, dt)
+                    top_speed2 = ti.max(top_speed2, speed2)
+                    pushed_out += pushed
 
                 substep += 1
                 elapsed += dt
@@ -227,25 +226,23 @@ def step_4_and_5_node_velocity(i, j, nodes: ti.template(), laws: ti.template(), 
 
 @ti.func
 def step_6_to_9_particle(p, particles: ti.template(), nodes: ti.template(), laws: ti.template(), dt):
-    """Step 6: trial deformation.  Step 7: velocity.  Step 8: collision.  Step 9: position."""
+    """Step 6: trial deformation.  Step 7: velocity.  Step 8: collision.  Step 9: position.
+
+    Returns the particle's speed squared, and 1 if it ended inside the floor and was moved out, else 0.
+    """
     velocity, gradient, affine = transfer.grid_to_particle(p, particles, nodes, laws)
     particles.F_E[p] = particles.F_E[p] + dt * (gradient @ particles.F_E[p])  # step 6; clamped in update_stress
     position = particles.position[p]
-    if contact.near_floor(position, nodes, laws):  # step 8
+    moved = 0
+    if contact.near_floor(position, nodes, laws):
         distance, normal = contact.floor_at(position, nodes, laws)
         if distance <= 0.0:
-            velocity = contact.slide(velocity, normal, laws.friction)
+            velocity = contact.slide(velocity, normal, laws.friction)  # step 8
+        distance, normal = contact.floor_at(position + dt * velocity, nodes, laws)
+        if distance < 0.0:
+            position -= distance * normal
+            moved = 1
     particles.velocity[p] = velocity  # step 7
     particles.affine[p] = affine
     particles.position[p] = position + dt * velocity  # step 9
-
-
-@ti.func
-def push_out(p, particles: ti.template(), nodes: ti.template(), laws: ti.template()):
-    """Move a particle that ended inside the floor onto it; returns 1 if it did."""
-    distance, normal = contact.floor_at(particles.position[p], nodes, laws)
-    moved = 0
-    if distance < 0.0:
-        particles.position[p] -= distance * normal
-        moved = 1
-    return moved
+    return velocity.norm_sqr(), moved
