@@ -34,7 +34,7 @@ def judge(table: pd.DataFrame, calibrated: bool) -> list[Verdict]:
     arms, empty = _arms(table), pd.Series(dtype=float)
     sintered, unsintered = arms.get("paper", empty), arms.get("none", empty)
     contrast = (sintered - unsintered).dropna()
-    lowest, highest = sintered[:1], sintered[-1:]
+    lowest, highest = sintered.iloc[:1], sintered.iloc[-1:]
     judged = (
         ("C1", "With sintering, lumps grow with pressure.", sintered, 2, _grows, calibrated),
         ("C2", "With sintering, the lowest pressure gives more powder than lumps.", lowest, 1, _powder, calibrated),
