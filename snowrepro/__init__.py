@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from .analysis.fragments import classify
     from .analysis.summary import summarise
     from .config import compose
-    from .simulate import simulate
+    from .simulation import simulate
     from .store.runs import open_run
 
 __all__ = ["classify", "compose", "open_run", "simulate", "summarise"]
@@ -19,7 +19,7 @@ _HOMES = {
     "classify": ".analysis.fragments",
     "compose": ".config",
     "open_run": ".store.runs",
-    "simulate": ".simulate",
+    "simulate": ".simulation",
     "summarise": ".analysis.summary",
 }
 

@@ -123,7 +123,7 @@ def _run_one(config: Config, done: bool) -> None:
         task = bar.add_task("run", total=config.loading.frames)
         path = run(config, lambda progress: bar.update(task, completed=progress.frame))
     with runs.open_run(path) as dataset:
-        _print_rows(summarise(dataset))
+        _print_rows(summarise(dataset, config.analysis))
     print(path)
 
 
@@ -172,7 +172,7 @@ def _print_line(config: Config) -> None:
     from .store import runs
 
     with runs.open_run(runs.result_path(config)) as dataset:
-        print(f"{runs.identify(config)}: mass in lumps {classify(dataset).lump_fraction:.3f}")
+        print(f"{runs.identify(config)}: mass in lumps {classify(dataset, config.analysis).lump_fraction:.3f}")
 
 
 def _print_rows(row: dict) -> None:

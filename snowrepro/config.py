@@ -170,6 +170,7 @@ class Analysis(Section):
 
     link_length: float = Field(gt=0, description="longest bond at release [grid spacings]")
     break_strain: float = Field(gt=0, description="|ln(length / length at release)| that breaks a bond [1]")
+    break_by: Literal["both", "stretch", "crush"] = Field("both", description="which sign of strain breaks a bond")
     core_fraction: float = Field(gt=0, le=1, description="part of its bonds that a core particle may lose [1]")
     lump_mass: float = Field(gt=0, lt=1, description="least mass of a lump [part of the body]")
     lump_cells: float = Field(ge=0, description="least size of a lump [cells of unpressed snow]")

@@ -11,7 +11,7 @@ from omegaconf import DictConfig
 
 from .config import Config, validate
 from .errors import SnowreproError
-from .simulate import Progress, simulate
+from .simulation import Progress, simulate
 from .store import runs
 
 log = logging.getLogger("snowrepro")

@@ -8,10 +8,16 @@ import pytest
 import xarray as xr
 
 from snowrepro.config import Config, compose
-from snowrepro.simulate import simulate
+from snowrepro.simulation import simulate
 
 # A run that ends in seconds: coarse, short, and with all that a long one has.
-SMALL = ["fidelity=preview", "loading.press_frames=20", "loading.frames=60", "reading.drop_height=8"]
+SMALL = [
+    "fidelity=preview",
+    "loading.press_frames=20",
+    "loading.frames=60",
+    "reading.drop_height=6",
+    "reading.gravity=40",  # lands near frame 47
+]
 
 
 @pytest.fixture

@@ -25,9 +25,10 @@ class BondHistory:
     stretch: np.ndarray
     crush: np.ndarray
 
-    def broken(self, break_strain: float) -> np.ndarray:
-        """Bonds that were stretched or crushed beyond the strain, shape (m,)."""
-        return (self.stretch > break_strain) | (self.crush < -break_strain)
+    def broken(self, break_strain: float, by: str = "both") -> np.ndarray:
+        """Bonds strained beyond ``break_strain``, shape (m,); ``by``: "both", or "stretch" or "crush" alone."""
+        stretched, crushed = self.stretch > break_strain, self.crush < -break_strain
+        return {"both": stretched | crushed, "stretch": stretched, "crush": crushed}[by]
 
 
 def lay_bonds(positions: np.ndarray, longest: float) -> Bonds:

@@ -1,5 +1,6 @@
 """Fragments: connected components of the particles that surviving bonds hold together."""
 
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -8,7 +9,7 @@ import xarray as xr
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from ..config import Analysis, Config
+from ..config import Analysis
 from .bonds import BondHistory, Bonds, extend, lay_bonds, unstrained
 
 
@@ -61,8 +62,7 @@ def classify_frames(dataset: xr.Dataset, frames: Sequence[int], analysis: Analys
     Bond strains are taken at every stored frame in between, so a bond that broke stays broken.
     Raises ValueError where a frame is not stored or lies before release.
     """
-    config = Config.model_validate_json(dataset.attrs["config"])
-    analysis = analysis or config.analysis
+    analysis = analysis or Analysis.model_validate(json.loads(dataset.attrs["config"])["analysis"])
     release = int(dataset.attrs["release_frame"])
     snapshots = dataset["snapshot"].values
     missing = sorted(set(frames) - set(snapshots[snapshots >= release].tolist()))
@@ -74,7 +74,8 @@ def classify_frames(dataset: xr.Dataset, frames: Sequence[int], analysis: Analys
     wanted = set(frames)
     dx = float(dataset.attrs["grid_spacing"])
     bonds = lay_bonds(positions[0], analysis.link_length * dx)
-    least = least_lump_mass(config, analysis, float(mass.sum()))
+    # In cells of the paper's grid, so that a lump is the same at every fidelity.
+    least = max(analysis.lump_mass * float(mass.sum()), analysis.lump_cells * float(dataset.attrs["cell_mass"]))
     history = unstrained(bonds)
     found = []
     for frame, places in zip(snapshots[(snapshots >= release) & (snapshots <= max(frames))], positions, strict=True):
@@ -82,12 +83,6 @@ def classify_frames(dataset: xr.Dataset, frames: Sequence[int], analysis: Analys
         if int(frame) in wanted:
             found.append(fragments_of(int(frame), mass, bonds, history, analysis, least))
     return found
-
-
-def least_lump_mass(config: Config, analysis: Analysis, total: float) -> float:
-    """Mass from which a fragment is a lump, the same at every fidelity."""
-    cells = analysis.lump_cells * config.material.rho * config.reading.cell**2
-    return max(analysis.lump_mass * total, cells)
 
 
 def fragments_of(
@@ -99,7 +94,7 @@ def fragments_of(
     still bonded to (by the least strained bond), so a bridge of damaged particles joins nothing.
     """
     count = len(mass)
-    broken = history.broken(analysis.break_strain)
+    broken = history.broken(analysis.break_strain, analysis.break_by)
     degree = np.bincount(bonds.pairs.ravel(), minlength=count)
     lost = np.bincount(bonds.pairs[broken].ravel(), minlength=count)
     core = lost < analysis.core_fraction * degree

@@ -1,31 +1,33 @@
 """One row of numbers for one run."""
 
+import json
+
 import numpy as np
 import pandas as pd
 import xarray as xr
 
-from ..config import Analysis, Config
+from ..config import Analysis
 from .fragments import classify_frames
 
 
 def summarise(dataset: xr.Dataset, analysis: Analysis | None = None) -> dict[str, float | int | str | bool]:
     """The summary row of a run: what it was, what broke, what had to be bounded, what it cost."""
-    config = Config.model_validate_json(dataset.attrs["config"])
-    analysis = analysis or config.analysis
-    release = config.loading.press_frames
-    before_end = _stored_frame(dataset, config.loading.frames - analysis.settled_frames)
-    first, earlier, last = classify_frames(dataset, [release, before_end, config.loading.frames], analysis)
+    config = json.loads(dataset.attrs["config"])
+    analysis = analysis or Analysis.model_validate(config["analysis"])
+    release, end = int(dataset.attrs["release_frame"]), int(dataset["snapshot"][-1])
+    before_end = _stored_frame(dataset, end - analysis.settled_frames)
+    first, earlier, last = classify_frames(dataset, [release, before_end, end], analysis)
     at_release = dataset.isel(frame=release)
     falling = dataset.isel(frame=slice(release, None))
     return {
         "run_id": str(dataset.attrs.get("run_id", "")),
-        "shape": config.shape.name,
-        "floor": config.floor.name,
-        "sintering": config.sintering.name,
-        "pressure": config.pressure,
-        "reading": config.reading.name,
-        "fidelity": config.fidelity.name,
-        "seed": config.seed,
+        "shape": config["shape"]["name"],
+        "floor": config["floor"]["name"],
+        "sintering": config["sintering"]["name"],
+        "pressure": config["pressure"],
+        "reading": config["reading"]["name"],
+        "fidelity": config["fidelity"]["name"],
+        "seed": config["seed"],
         "particles": dataset.sizes["particle"],
         "lump_fraction": last.lump_fraction,
         "powder_fraction": 1.0 - last.lump_fraction,

@@ -59,7 +59,7 @@ def draw_strip(rows: Sequence[Row], frames: Sequence[int], config: Config, path:
             colour = SNOW
             if by_fragment and frame in row.fragments:
                 colour = colours = fragment_colours(row.fragments[frame], colours)
-            _draw_snow(ax, row.dataset, frame, colour, panel * 72 / width)
+            _draw_snow(ax, config, row.dataset, frame, colour, panel * 72 / width)
         axes[0].set_ylabel(row.label, rotation=0, ha="right", va="center", fontsize=9, labelpad=8)
     for frame, ax in zip(frames, grid[0], strict=True):
         ax.set_title(_column_title(frame, config), fontsize=9)
@@ -128,9 +128,10 @@ def _patch(outline: Outline, cell: float) -> Circle | Polygon:
     return Polygon(np.asarray(outline.points) * cell, closed=True, color=FLOOR, lw=0)
 
 
-def _draw_snow(ax: Axes, dataset: xr.Dataset, frame: int, colour: str | list[str], points_per_unit: float) -> None:
+def _draw_snow(
+    ax: Axes, config: Config, dataset: xr.Dataset, frame: int, colour: str | list[str], points_per_unit: float
+) -> None:
     """Particles as discs of the area that each stood for at the start."""
-    config = Config.model_validate_json(dataset.attrs["config"])
     x, y = dataset["position"].sel(snapshot=frame).values.T
     diameter = config.dx / np.sqrt(config.fidelity.particles_per_cell) * 1.13
     ax.scatter(x, y, s=(diameter * points_per_unit) ** 2, c=colour, linewidths=0, rasterized=True)

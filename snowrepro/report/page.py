@@ -4,6 +4,7 @@ import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import xarray as xr
@@ -53,7 +54,7 @@ def write_report(configs: Sequence[Config], overrides: Sequence[str]) -> Report:
     folder = report_folder(configs[0])
     runs.require_writable(folder)
     found = {runs.identify(config): _load(config) for config in configs}
-    table = tidy([dataset for dataset in found.values() if dataset is not None])
+    table = tidy([dataset for dataset in found.values() if dataset is not None], configs[0].analysis)
     table.to_csv(folder / "summary.csv", index=False, float_format="%.6g", lineterminator="\n")
     picture = {"strip": _strip_report, "calibration": _calibration_report}[experiment["picture"]]
     lines, verdict = picture(configs, found, table, folder)
@@ -107,8 +108,9 @@ def _strip_report(
         "",
         "## Does the verdict hang on what counts as broken?",
         "",
-        "Mass fraction in lumps for other break strains and core fractions (the verdict uses "
-        f"{configs[0].analysis.break_strain:g} and {configs[0].analysis.core_fraction:.2g}).",
+        "Mass fraction in lumps by run (pressure, sintering) for other break strains and core fractions; the verdict "
+        f"uses {configs[0].analysis.break_strain:g} / {configs[0].analysis.core_fraction:.2g} and both signs. "
+        "Stretch only, crush only: with bonds that break by one sign alone.",
         "",
         *_scan(configs, found),
     ]
@@ -141,7 +143,7 @@ def _row(config: Config, dataset: xr.Dataset | None, frames: Sequence[int]) -> R
     if dataset is None:
         return Row(label, None, {})
     later = [frame for frame in frames if frame >= config.loading.press_frames]
-    fragments = classify_frames(dataset, later) if later else []
+    fragments = classify_frames(dataset, later, config.analysis) if later else []
     return Row(label, dataset, {f.frame: f for f in fragments})
 
 
@@ -151,24 +153,21 @@ def _in_paper_order(configs: Sequence[Config]) -> list[Config]:
 
 
 def _scan(configs: Sequence[Config], found: dict[str, xr.Dataset | None]) -> list[str]:
-    """Lump fraction of every run for a grid of definitions, as a Markdown table."""
-    settings = [(strain, core) for strain in SCAN_STRAINS for core in SCAN_CORES]
-    lines = [
-        "| break strain / core fraction | " + " | ".join(f"{s:g} / {c:.2g}" for s, c in settings) + " |",
-        "|---|" + "---|" * len(settings),
-    ]
+    """Lump fraction of every run for other definitions of a broken bond, as a Markdown table."""
+    settings = {f"{s:g} / {c:.2g}": {"break_strain": s, "core_fraction": c} for s in SCAN_STRAINS for c in SCAN_CORES}
+    settings |= {f"{sign} only": {"break_by": sign} for sign in ("stretch", "crush")}
+    columns = {}
     for config in _in_paper_order(configs):
         dataset = found[runs.identify(config)]
-        name = f"{config.pressure:g}, {config.sintering.name}"
-        if dataset is None:
-            lines.append(f"| {name} | " + " | ".join("missing" for _ in settings) + " |")
-            continue
-        values = [
-            classify(dataset, config.analysis.model_copy(update={"break_strain": s, "core_fraction": c})).lump_fraction
-            for s, c in settings
+        columns[f"{config.pressure:g}, {config.sintering.name}"] = [
+            "missing" if dataset is None else f"{_lumps(dataset, config, change):.2f}" for change in settings.values()
         ]
-        lines.append(f"| {name} | " + " | ".join(f"{value:.2f}" for value in values) + " |")
-    return lines
+    return _markdown(pd.DataFrame({"break strain / core fraction": list(settings), **columns}))
+
+
+def _lumps(dataset: xr.Dataset, config: Config, change: dict[str, Any]) -> float:
+    """Lump fraction of a run with some of the analysis's settings changed."""
+    return classify(dataset, config.analysis.model_copy(update=change)).lump_fraction
 
 
 def _about_the_runs(

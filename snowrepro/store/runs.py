@@ -11,7 +11,7 @@ import xarray as xr
 
 from ..config import Config
 from ..errors import StoreError
-from ..simulate import MODEL_VERSION
+from ..simulation import MODEL_VERSION
 from .identity import run_id
 from .provenance import provenance
 

@@ -28,7 +28,7 @@ def run_of(*states: np.ndarray, fidelity: str = "paper", mass: np.ndarray | None
     return xr.Dataset(
         {"position": (("snapshot", "particle", "axis"), np.stack(states)), "mass": ("particle", mass)},
         {"snapshot": np.arange(100, 100 + len(states))},
-        {"config": config.model_dump_json(), "release_frame": 100, "grid_spacing": config.dx},
+        {"config": config.model_dump_json(), "release_frame": 100, "grid_spacing": config.dx, "cell_mass": 0.0},
     )
 
 

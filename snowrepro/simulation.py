@@ -95,7 +95,9 @@ def _describe(
         "config": config.model_dump_json(),
         "release_frame": config.loading.press_frames,
         "grid_spacing": config.dx,
+        "cell_mass": config.material.rho * config.reading.cell**2,
         "length_unit": config.reading.length_unit,
-        "comment": "Lengths are in the unit 'length_unit'; grid_spacing is one cell of this run's grid.",
+        "comment": "Lengths are in the unit 'length_unit'; grid_spacing is one cell of this run's grid; "
+        "cell_mass the mass of unpressed snow in one cell of the paper's grid.",
     }
     return dataset
