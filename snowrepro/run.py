@@ -3,14 +3,14 @@
 import logging
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
-import xarray as xr
 from omegaconf import DictConfig
 
 from .config import Config, validate
-from .errors import SnowreproError
+from .errors import SnowreproError, StoreError
+from .mpm import diagnostics
 from .simulation import Progress, simulate
 from .store import runs
 
@@ -36,11 +36,12 @@ def run(config: Config, on_progress: Callable[[Progress], None] | None = None) -
             path = runs.save(dataset, config, seconds)
         except SnowreproError as error:
             log.error("%s", error)
-            runs.save_failure(config, str(error))
+            with suppress(StoreError):  # a full disk must not hide the first error
+                runs.save_failure(config, str(error))
             raise
         finally:
             runs.forget_progress(config)
-        for line in _what_was_bounded(dataset):
+        for line in diagnostics.bounded(dataset):
             log.info("%s", line)
         log.info("%d particles, %d substeps, %.1f s", dataset.sizes["particle"], dataset.substeps.sum(), seconds)
     return path
@@ -64,17 +65,6 @@ def _announce(config: Config, on_progress: Callable[[Progress], None] | None) ->
             runs.save_progress(config, progress.frame, progress.frames, progress.substeps)
 
     return on_frame
-
-
-def _what_was_bounded(dataset: xr.Dataset) -> list[str]:
-    """One line for each bound of the reading that acted: on how many particles at most, from which frame."""
-    lines = []
-    for name in ("poisson_capped", "density_capped", "hardening_capped", "hardening_floored", "volume_bounded"):
-        counts = dataset[name].values
-        if counts.any():
-            first = int(dataset.frame[counts > 0][0])
-            lines.append(f"{dataset[name].long_name}: up to {int(counts.max())}, first in frame {first}")
-    return lines
 
 
 @contextmanager

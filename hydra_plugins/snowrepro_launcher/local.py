@@ -57,13 +57,14 @@ class LocalLauncher(Launcher):
         assert self.config is not None
         configure_log(self.config.hydra.hydra_logging, self.config.hydra.verbose)
         Path(str(self.config.hydra.sweep.dir)).mkdir(parents=True, exist_ok=True)
-        jobs = [self._job(overrides, initial_job_idx + i) for i, overrides in enumerate(job_overrides)]
+        common = set(job_overrides[0]).intersection(*job_overrides)
+        jobs = [self._job(job, initial_job_idx + i, common) for i, job in enumerate(job_overrides)]
         with SweepTable() as table:
             run_jobs(jobs, self.workers or usable_cores(), table)
         return [_job_return(job.result) for job in jobs]
 
-    def _job(self, overrides: Sequence[str], index: int) -> Any:
-        """A job that can travel to another process."""
+    def _job(self, overrides: Sequence[str], index: int, common: set[str]) -> Any:
+        """A job that can travel to another process, labelled by what sets it apart from the others."""
         import cloudpickle
 
         from snowrepro.sweep.processes import Job
@@ -74,7 +75,7 @@ class LocalLauncher(Launcher):
             config.hydra.job.id = f"{config.hydra.job.name}_{index}"
             config.hydra.job.num = index
         call = functools.partial(execute, self.hydra_context, self.task_function, config, Singleton.get_state())
-        label = " ".join(filter_overrides(overrides)) or f"job {index}"
+        label = " ".join(o for o in filter_overrides(overrides) if o not in common) or f"job {index}"
         return Job(label, cloudpickle.dumps(call), _progress_folder(config))
 
 

@@ -1,6 +1,7 @@
 """What is measured at the end of every frame: conserved quantities, energies, bounded particles."""
 
 import numpy as np
+import xarray as xr
 
 from ..config import Config
 from .solver import Frame
@@ -28,6 +29,8 @@ MEANING = {
     "volume_bounded": ("particles at a bound of J_P", "1"),
     "pushed_out": ("times in the frame that a particle was moved out of the floor", "1"),
 }
+
+BOUNDED = ("poisson_capped", "density_capped", "hardening_capped", "hardening_floored", "volume_bounded")
 
 
 def measure(frame: Frame, config: Config) -> dict[str, float]:
@@ -73,3 +76,14 @@ def elastic_energy(F_E: np.ndarray, mu: np.ndarray, lam: np.ndarray) -> np.ndarr
     # |F - R|^2 = |F|^2 - 2 tr(R^T F) + 2, and tr(R^T F) = sqrt(a^2 + b^2) in two dimensions
     distance = (F_E**2).sum(axis=(1, 2)) - 2.0 * np.hypot(a, b) + 2.0
     return mu * distance + 0.5 * lam * (J_E - 1.0) ** 2
+
+
+def bounded(dataset: xr.Dataset) -> list[str]:
+    """One line for each bound of the reading that acted: on how many particles at most, from which frame."""
+    lines = []
+    for name in BOUNDED:
+        counts = dataset[name].values
+        if counts.any():
+            first = int(dataset.frame[counts > 0][0])
+            lines.append(f"{dataset[name].long_name}: up to {int(counts.max())}, first in frame {first}")
+    return lines

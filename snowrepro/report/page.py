@@ -14,6 +14,7 @@ from ..analysis.calibration import calibrate
 from ..analysis.fragments import classify, classify_frames
 from ..analysis.summary import tidy
 from ..config import Config
+from ..mpm.diagnostics import bounded
 from ..store import runs
 from .figures import Row, draw_calibration, draw_strip
 
@@ -108,8 +109,8 @@ def _strip_report(
         "",
         "## Does the verdict hang on what counts as broken?",
         "",
-        "Mass fraction in lumps by run (pressure, sintering) for other break strains and core fractions; the verdict "
-        f"uses {configs[0].analysis.break_strain:g} / {configs[0].analysis.core_fraction:.2g} and both signs. "
+        "Mass fraction in lumps by run (pressure, sintering, seed) for other break strains and core fractions; the "
+        f"verdict uses {configs[0].analysis.break_strain:g} / {configs[0].analysis.core_fraction:.2g} and both signs. "
         "Stretch only, crush only: with bonds that break by one sign alone.",
         "",
         *_scan(configs, found),
@@ -147,6 +148,11 @@ def _row(config: Config, dataset: xr.Dataset | None, frames: Sequence[int]) -> R
     return Row(label, dataset, {f.frame: f for f in fragments})
 
 
+def _name(config: Config) -> str:
+    """A run of an experiment in a few words."""
+    return f"{config.pressure:g}, {config.sintering.name}, seed {config.seed}"
+
+
 def _in_paper_order(configs: Sequence[Config]) -> list[Config]:
     """Sintered rows first, pressure rising."""
     return sorted(configs, key=lambda c: (not c.sintering.enabled, c.pressure, c.seed))
@@ -159,7 +165,7 @@ def _scan(configs: Sequence[Config], found: dict[str, xr.Dataset | None]) -> lis
     columns = {}
     for config in _in_paper_order(configs):
         dataset = found[runs.identify(config)]
-        columns[f"{config.pressure:g}, {config.sintering.name}"] = [
+        columns[_name(config)] = [
             "missing" if dataset is None else f"{_lumps(dataset, config, change):.2f}" for change in settings.values()
         ]
     return _markdown(pd.DataFrame({"break strain / core fraction": list(settings), **columns}))
@@ -181,11 +187,18 @@ def _about_the_runs(
             "",
             "Density, xi and hardening factor (geometric mean) are at release, means over particles. nu capped, "
             "Eq. 1 capped and floored: the most particles at a bound in any frame. All columns: summary.csv.",
+            "",
+            "What was bounded, on how many particles at most, and since when:",
+            "",
         ]
+        for config in _in_paper_order(configs):
+            dataset = found[runs.identify(config)]
+            text = "; ".join(bounded(dataset)) if dataset is not None else "missing"
+            lines.append(f"- {_name(config)}: {text or 'nothing'}")
     missing = [config for config in configs if found[runs.identify(config)] is None]
     for config in missing:
         reason = runs.failure(config) or "not run"
-        lines += ["", f"- **missing**: pressure {config.pressure:g}, sintering {config.sintering.name}: {reason}"]
+        lines += ["", f"- **missing**: {_name(config)}: {reason}"]
     config = configs[0]
     lines += [
         "", "## What the paper leaves open, as read here", "",

@@ -109,7 +109,7 @@ def test_one_diverged_run_does_not_stop_the_others(snowrepro, tmp_path):
     assert "1 of 2 runs have no result" in done.stderr
     assert "Traceback" not in done.stderr
     page = (tmp_path / "reports" / "fig5-preview" / "index.md").read_text()
-    assert "**missing**: pressure 1e+09, sintering none: diverged in frame" in page
+    assert "**missing**: 1e+09, none, seed 0: diverged in frame" in page
     assert "REPRODUCED" not in page.split("C1")[1].split("|")[3]
 
 

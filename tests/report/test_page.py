@@ -34,7 +34,7 @@ def test_report_shows_runs_and_what_is_missing(stored):
     assert page.index("**Verdict.**") < page.index("strip.png")
     assert "| C4 |" in page
     assert "NOT RUN" in page.split("| C4 |")[1].splitlines()[0]
-    assert "**missing**: pressure 3000, sintering none: not run" in page
+    assert "**missing**: 3000, none, seed 0: not run" in page
     assert "snowrepro run experiment=fig5" in page
     assert len(pd.read_csv(report.folder / "summary.csv")) == 1
     for name in ("strip.png", "fragments.png"):
