@@ -159,20 +159,30 @@ def _in_paper_order(configs: Sequence[Config]) -> list[Config]:
 
 
 def _scan(configs: Sequence[Config], found: dict[str, xr.Dataset | None]) -> list[str]:
-    """Lump fraction of every run for other definitions of a broken bond, as a Markdown table."""
+    """Lump fraction of every run for other definitions of a broken bond, and the claims that then hold."""
     settings = {f"{s:g} / {c:.2g}": {"break_strain": s, "core_fraction": c} for s in SCAN_STRAINS for c in SCAN_CORES}
     settings |= {f"{sign} only": {"break_by": sign} for sign in ("stretch", "crush")}
-    columns = {}
-    for config in _in_paper_order(configs):
-        dataset = found[runs.identify(config)]
-        columns[_name(config)] = [
-            "missing" if dataset is None else f"{_lumps(dataset, config, change):.2f}" for change in settings.values()
+    ordered = _in_paper_order(configs)
+    rows = []
+    for name, change in settings.items():
+        fractions = [_lumps(found[runs.identify(config)], config, change) for config in ordered]
+        known = [
+            {"sintering": c.sintering.name, "pressure": c.pressure, "lump_fraction": fraction}
+            for c, fraction in zip(ordered, fractions, strict=True)
+            if fraction is not None
         ]
-    return _markdown(pd.DataFrame({"break strain / core fraction": list(settings), **columns}))
+        verdicts = claims.judge(pd.DataFrame(known), calibrated=False)
+        held = " ".join(v.claim for v in verdicts if v.word == claims.REPRODUCED)
+        shown = ["missing" if fraction is None else f"{fraction:.2f}" for fraction in fractions]
+        rows.append([name, *shown, held or "none"])
+    heads = ["break strain / core fraction", *map(_name, ordered), "claims that hold"]
+    return _markdown(pd.DataFrame(rows, columns=heads))
 
 
-def _lumps(dataset: xr.Dataset, config: Config, change: dict[str, Any]) -> float:
-    """Lump fraction of a run with some of the analysis's settings changed."""
+def _lumps(dataset: xr.Dataset | None, config: Config, change: dict[str, Any]) -> float | None:
+    """Lump fraction of a run with some of the analysis's settings changed; None if it is missing."""
+    if dataset is None:
+        return None
     return classify(dataset, config.analysis.model_copy(update=change)).lump_fraction
 
 
