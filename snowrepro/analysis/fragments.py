@@ -57,42 +57,54 @@ def classify(dataset: xr.Dataset, analysis: Analysis | None = None) -> Fragments
 
 
 def classify_frames(dataset: xr.Dataset, frames: Sequence[int], analysis: Analysis | None = None) -> list[Fragments]:
-    """Fragments at each of ``frames`` (ascending stored frames, none before release).
+    """Fragments at each of ``frames`` (stored frames, none before release), in rising order.
 
-    Bond strains are taken at every stored frame in between, so a bond that broke stays broken.
     Raises ValueError where a frame is not stored or lies before release.
     """
-    analysis = analysis or Analysis.model_validate(json.loads(dataset.attrs["config"])["analysis"])
+    analysis = analysis or analysis_of(dataset)
+    bonds, histories = bond_histories(dataset, frames, analysis.link_length)
+    return [fragments_of(dataset, frame, bonds, history, analysis) for frame, history in histories.items()]
+
+
+def analysis_of(dataset: xr.Dataset) -> Analysis:
+    """The settings that a run was asked to be classified with."""
+    return Analysis.model_validate(json.loads(dataset.attrs["config"])["analysis"])
+
+
+def bond_histories(
+    dataset: xr.Dataset, frames: Sequence[int], link_length: float
+) -> tuple[Bonds, dict[int, BondHistory]]:
+    """Bonds laid at release, and what they have seen up to each of ``frames``.
+
+    Strains are taken at every stored frame in between, so a bond that broke stays broken.
+    ``link_length`` in grid spacings.  Raises ValueError as ``classify_frames``.
+    """
     release = int(dataset.attrs["release_frame"])
     snapshots = dataset["snapshot"].values
     missing = sorted(set(frames) - set(snapshots[snapshots >= release].tolist()))
     if missing:
         raise ValueError(f"frames {missing} are not stored at or after the release in frame {release}")
-
-    mass = dataset["mass"].values
-    positions = dataset["position"].sel(snapshot=slice(release, max(frames))).values.astype(float)
-    wanted = set(frames)
-    dx = float(dataset.attrs["grid_spacing"])
-    bonds = lay_bonds(positions[0], analysis.link_length * dx)
-    # In cells of the paper's grid, so that a lump is the same at every fidelity.
-    least = max(analysis.lump_mass * float(mass.sum()), analysis.lump_cells * float(dataset.attrs["cell_mass"]))
+    used = snapshots[(snapshots >= release) & (snapshots <= max(frames))]
+    positions = dataset["position"].sel(snapshot=used).values.astype(float)
+    bonds = lay_bonds(positions[0], link_length * float(dataset.attrs["grid_spacing"]))
     history = unstrained(bonds)
-    found = []
-    for frame, places in zip(snapshots[(snapshots >= release) & (snapshots <= max(frames))], positions, strict=True):
+    seen = {}
+    for frame, places in zip(used.tolist(), positions, strict=True):
         history = extend(history, bonds, places)
-        if int(frame) in wanted:
-            found.append(fragments_of(int(frame), mass, bonds, history, analysis, least))
-    return found
+        if frame in frames:
+            seen[frame] = history
+    return bonds, seen
 
 
-def fragments_of(
-    frame: int, mass: np.ndarray, bonds: Bonds, history: BondHistory, analysis: Analysis, least_mass: float
-) -> Fragments:
+def fragments_of(dataset: xr.Dataset, frame: int, bonds: Bonds, history: BondHistory, analysis: Analysis) -> Fragments:
     """Components of the bonds that survive, connected through core particles only.
 
     A core particle has lost less than ``core_fraction`` of its bonds.  Others join the core they are
     still bonded to (by the least strained bond), so a bridge of damaged particles joins nothing.
     """
+    mass = dataset["mass"].values
+    # In cells of the paper's grid, so that a lump is the same at every fidelity.
+    least = max(analysis.lump_mass * float(mass.sum()), analysis.lump_cells * float(dataset.attrs["cell_mass"]))
     count = len(mass)
     broken = history.broken(analysis.break_strain, analysis.break_by)
     degree = np.bincount(bonds.pairs.ravel(), minlength=count)
@@ -113,7 +125,7 @@ def fragments_of(
 
     label, fragment_mass = _by_falling_mass(component, mass)
     part_broken = float(broken.mean()) if len(broken) else 0.0
-    return Fragments(frame, label, fragment_mass, fragment_mass >= least_mass * (1 - 1e-12), part_broken)
+    return Fragments(frame, label, fragment_mass, fragment_mass >= least * (1 - 1e-12), part_broken)
 
 
 def _by_falling_mass(component: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -7,13 +7,13 @@ import pandas as pd
 import xarray as xr
 
 from ..config import Analysis
-from .fragments import classify_frames
+from .fragments import analysis_of, classify_frames
 
 
 def summarise(dataset: xr.Dataset, analysis: Analysis | None = None) -> dict[str, float | int | str | bool]:
     """The summary row of a run: what it was, what broke, what had to be bounded, what it cost."""
     config = json.loads(dataset.attrs["config"])
-    analysis = analysis or Analysis.model_validate(config["analysis"])
+    analysis = analysis or analysis_of(dataset)
     release, end = int(dataset.attrs["release_frame"]), int(dataset["snapshot"][-1])
     before_end = _stored_frame(dataset, end - analysis.settled_frames)
     first, earlier, last = classify_frames(dataset, [release, before_end, end], analysis)

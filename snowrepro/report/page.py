@@ -1,7 +1,7 @@
 """Write the report of an experiment: pictures, summary.csv and index.md with the verdict first."""
 
 import shlex
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ import xarray as xr
 
 from ..analysis import claims
 from ..analysis.calibration import calibrate
-from ..analysis.fragments import classify, classify_frames
+from ..analysis.fragments import bond_histories, classify_frames, fragments_of
 from ..analysis.summary import tidy
 from ..config import Config
 from ..mpm.diagnostics import bounded
@@ -163,9 +163,9 @@ def _scan(configs: Sequence[Config], found: dict[str, xr.Dataset | None]) -> lis
     settings = {f"{s:g} / {c:.2g}": {"break_strain": s, "core_fraction": c} for s in SCAN_STRAINS for c in SCAN_CORES}
     settings |= {f"{sign} only": {"break_by": sign} for sign in ("stretch", "crush")}
     ordered = _in_paper_order(configs)
+    by_run = [_lumps(found[runs.identify(config)], config, settings.values()) for config in ordered]
     rows = []
-    for name, change in settings.items():
-        fractions = [_lumps(found[runs.identify(config)], config, change) for config in ordered]
+    for name, fractions in zip(settings, zip(*by_run, strict=True), strict=True):
         known = [
             {"sintering": c.sintering.name, "pressure": c.pressure, "lump_fraction": fraction}
             for c, fraction in zip(ordered, fractions, strict=True)
@@ -179,11 +179,14 @@ def _scan(configs: Sequence[Config], found: dict[str, xr.Dataset | None]) -> lis
     return _markdown(pd.DataFrame(rows, columns=heads))
 
 
-def _lumps(dataset: xr.Dataset | None, config: Config, change: dict[str, Any]) -> float | None:
-    """Lump fraction of a run with some of the analysis's settings changed; None if it is missing."""
+def _lumps(dataset: xr.Dataset | None, config: Config, changes: Iterable[dict[str, Any]]) -> list[float | None]:
+    """Lump fraction of a run under each change of the analysis's settings; None if the run is missing."""
+    settings = [config.analysis.model_copy(update=change) for change in changes]
     if dataset is None:
-        return None
-    return classify(dataset, config.analysis.model_copy(update=change)).lump_fraction
+        return [None for _ in settings]
+    end = int(dataset["snapshot"][-1])
+    bonds, histories = bond_histories(dataset, [end], config.analysis.link_length)
+    return [fragments_of(dataset, end, bonds, histories[end], analysis).lump_fraction for analysis in settings]
 
 
 def _about_the_runs(
