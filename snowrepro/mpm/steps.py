@@ -49,20 +49,11 @@ def advance_frame(
                 dt = remaining / count
                 smallest_step = ti.min(smallest_step, dt)
 
-                clear(nodes, low, high)
-                for p in range(particles.count):
-                    transfer.particles_to_grid(p, particles, nodes, laws, dt)  # steps 1 and 3
-                if sinters and (laws.every_substep or substep == 0):
-                    for p in range(particles.count):
-                        sinter(p, particles, laws, dt)
-                for i, j in ti.ndrange((low[0], high[0]), (low[1], high[1])):
-                    step_4_and_5_node_velocity(i, j, nodes, laws, dt, gravity, damping)
-                top_speed2 = 0.0
-                for p in range(particles.count):
-                    speed2, pushed = step_6_to_9_particle(p, particles, nodes, laws, dt)
-                    top_speed2 = ti.max(top_speed2, speed2)
-                    pushed_out += pushed
-
+                sinters_now = sinters and (laws.every_substep or substep == 0)
+                top_speed2, pushed = advance_substep(
+                    particles, nodes, laws, dt, low, high, gravity, damping, sinters_now
+                )
+                pushed_out += pushed
                 substep += 1
                 elapsed += dt
                 if count < 1.5:
@@ -79,6 +70,31 @@ def advance_frame(
         ledger.elapsed[None] = elapsed
         ledger.smallest_step[None] = smallest_step
         ledger.top_speed2[None] = top_speed2
+
+
+@ti.func
+def advance_substep(
+    particles: ti.template(), nodes: ti.template(), laws: ti.template(), dt, low, high, gravity, damping, sinters_now
+):
+    """The nine steps, on nodes ``low`` to ``high``; stresses are up to date.
+
+    Returns the largest particle speed squared and how many particles were moved out of the floor.
+    """
+    clear(nodes, low, high)
+    for p in range(particles.count):
+        transfer.particles_to_grid(p, particles, nodes, laws, dt)  # steps 1 and 3; step 2 is step_2_volume
+    if sinters_now:
+        for p in range(particles.count):
+            sinter(p, particles, laws, dt)
+    for i, j in ti.ndrange((low[0], high[0]), (low[1], high[1])):
+        step_4_and_5_node_velocity(i, j, nodes, laws, dt, gravity, damping)
+    top_speed2 = 0.0
+    pushed_out = 0
+    for p in range(particles.count):
+        speed2, pushed = step_6_to_9_particle(p, particles, nodes, laws, dt)
+        top_speed2 = ti.max(top_speed2, speed2)
+        pushed_out += pushed
+    return top_speed2, pushed_out
 
 
 @ti.kernel

@@ -1,6 +1,7 @@
 """Write the report of an experiment: pictures, summary.csv and index.md with the verdict first."""
 
 import shlex
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -164,7 +165,7 @@ def _scan(configs: Sequence[Config], found: dict[str, xr.Dataset | None]) -> lis
     settings |= {f"{sign} only": {"break_by": sign} for sign in ("stretch", "crush")}
     ordered = _in_paper_order(configs)
     by_run = [_lumps(found[runs.identify(config)], config, settings.values()) for config in ordered]
-    rows = []
+    rows, held_by = [], Counter()
     for name, fractions in zip(settings, zip(*by_run, strict=True), strict=True):
         known = [
             {"sintering": c.sintering.name, "pressure": c.pressure, "lump_fraction": fraction}
@@ -172,11 +173,13 @@ def _scan(configs: Sequence[Config], found: dict[str, xr.Dataset | None]) -> lis
             if fraction is not None
         ]
         verdicts = claims.judge(pd.DataFrame(known), calibrated=False)
-        held = " ".join(v.claim for v in verdicts if v.word == claims.REPRODUCED)
+        held = [v.claim for v in verdicts if v.word == claims.REPRODUCED]
+        held_by.update(held)
         shown = ["missing" if fraction is None else f"{fraction:.2f}" for fraction in fractions]
-        rows.append([name, *shown, held or "none"])
+        rows.append([name, *shown, " ".join(held) or "none"])
     heads = ["break strain / core fraction", *map(_name, ordered), "claims that hold"]
-    return _markdown(pd.DataFrame(rows, columns=heads))
+    counts = ", ".join(f"{claim} in {count}" for claim, count in sorted(held_by.items())) or "no claim in any"
+    return [*_markdown(pd.DataFrame(rows, columns=heads)), "", f"Of these {len(settings)} definitions: {counts}."]
 
 
 def _lumps(dataset: xr.Dataset | None, config: Config, changes: Iterable[dict[str, Any]]) -> list[float | None]:

@@ -32,7 +32,11 @@ class Scene:
 
 
 def build_scene(config: Config) -> Scene:
-    """Place the snow above the floor.  Raises ConfigError where the two, or the domain, do not fit."""
+    """Place the snow above the floor.  Raises ConfigError for a bad outline, and where things do not fit."""
+    for kind, part in (("shape", config.shape), ("floor", config.floor)):
+        flaw = geometry.flaw(part.outline)
+        if flaw:
+            raise ConfigError(f"the outline of {kind} '{part.name}' cannot be used: {flaw}")
     places, depth = sample(config.shape.outline, config.fidelity.dx, config.fidelity.particles_per_cell, config.seed)
     shift = _place_of_snow(config)
     width, height = domain(config)

@@ -16,6 +16,41 @@ def area(outline: Outline) -> float:
     return abs(_signed_area(_corners(outline)))
 
 
+def flaw(outline: Outline) -> str | None:
+    """What makes an outline unusable: a repeated corner, no area, edges that cross or touch; None if nothing does."""
+    if outline.kind == "circle":
+        return None
+    corners = _corners(outline)
+    edges = np.roll(corners, -1, axis=0) - corners
+    size = float(np.abs(edges).max())
+    if (np.abs(edges).max(axis=1) <= 1e-9 * size).any():
+        return "a corner is repeated"
+    count = len(corners)
+    for i in range(count):
+        for j in range(i + 1, count):
+            neighbours = j == i + 1 or (i == 0 and j == count - 1)
+            if not neighbours and _meet(corners[i], edges[i], corners[j], edges[j]):
+                return f"the edges that start at corners {i + 1} and {j + 1} cross or touch"
+    if abs(_signed_area(corners)) <= 1e-9 * size**2:
+        return "it has no area"
+    return None
+
+
+def _meet(a: np.ndarray, along_a: np.ndarray, b: np.ndarray, along_b: np.ndarray) -> bool:
+    """Whether two edges, each a start and a vector, have a point in common."""
+
+    def side(start: np.ndarray, along: np.ndarray, point: np.ndarray) -> float:
+        return float(along[0] * (point[1] - start[1]) - along[1] * (point[0] - start[0]))
+
+    sides_b = side(a, along_a, b), side(a, along_a, b + along_b)
+    sides_a = side(b, along_b, a), side(b, along_b, a + along_a)
+    if sides_a == (0.0, 0.0) or sides_b == (0.0, 0.0):  # on one line: do they overlap?
+        low = np.maximum(np.minimum(a, a + along_a), np.minimum(b, b + along_b))
+        high = np.minimum(np.maximum(a, a + along_a), np.maximum(b, b + along_b))
+        return bool((low <= high).all())
+    return sides_a[0] * sides_a[1] <= 0 and sides_b[0] * sides_b[1] <= 0
+
+
 def extent(outline: Outline) -> tuple[np.ndarray, np.ndarray]:
     """Lower left and upper right corner of the bounding box [cells], each shape (2,)."""
     if outline.kind == "circle":

@@ -58,6 +58,16 @@ def test_polygon_area_and_centroid():
         np.testing.assert_allclose(geometry.centroid(polygon(points)), [2.5, 2])
 
 
+@settings(deadline=None, max_examples=50)
+@given(st.lists(st.floats(0.5, 3.0), min_size=3, max_size=12), st.permutations(range(6)))
+def test_only_crossing_outlines_are_flawed(radii, order):
+    """Star-shaped outlines are sound; six corners of a hexagon in any order but around it cross."""
+    assert geometry.flaw(polygon(star_shaped(np.array(radii)))) is None
+    hexagon = star_shaped(np.ones(6))[list(order)]
+    steps = {(b - a) % 6 for a, b in zip(order, [*order[1:], order[0]], strict=True)}
+    assert (geometry.flaw(polygon(hexagon)) is None) == (steps in ({1}, {5}))
+
+
 def test_ball_has_the_papers_count():
     """Table 2: 8,151 particles at fidelity=paper, and mass = density x area at any sampling."""
     area = np.pi * 25.4686**2
@@ -110,6 +120,10 @@ def test_force_builds_up_the_nominal_pressure_at_the_centre():
         (["shape.outline.radius=80"], "does not fit the domain"),
         (["floor.outline.points=[[0,0],[140,0],[140,130]]"], "touches floor"),
         (["floor.outline.points=[[0,0],[200,0],[200,10]]"], "outside its domain"),
+        (["floor.outline.points=[[0,0],[100,10],[100,0],[0,10]]"], "corners 1 and 3 cross"),
+        (["floor.outline.points=[[0,0],[100,0],[50,0]]"], "it has no area"),
+        (["floor.outline.points=[[0,0],[100,0],[100,0],[0,10]]"], "a corner is repeated"),
+        (["floor.outline.points=[[0,0],[100,0],[100,10],[50,0],[0,10]]"], "corners 1 and 3 cross or touch"),
     ],
 )
 def test_scenes_that_do_not_fit_are_refused(overrides, reason):
