@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -130,6 +131,8 @@ def _published(path: Path, durable: bool = True) -> Iterator[Path]:
                 os.fsync(file.fileno())
         os.replace(partial, path)
     except OSError as error:
-        raise StoreError(f"cannot write {path}: {error.strerror or error}") from error
+        free = shutil.disk_usage(path.parent).free if path.parent.exists() else 0
+        reason = f"{error.strerror or error} ({free / 1e6:.0f} MB free on its disk)"
+        raise StoreError(f"cannot write {path}: {reason}") from error
     finally:
         partial.unlink(missing_ok=True)
