@@ -11,7 +11,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from .config import CONF_DIR, Config, compose_raw
+from .config import CONF_DIR, Config, compose_raw, own_options
 from .errors import ExitCode, RunsFailed, SnowreproError
 from .sweep.plan import Plan, make_plan
 
@@ -135,7 +135,7 @@ def _launch(plan: Plan) -> None:
 
     from .run import run_raw
 
-    command, sys.argv = sys.argv, ["snowrepro", "--multirun", *plan.overrides]
+    command, sys.argv = sys.argv, ["snowrepro", "--multirun", *plan.overrides, *own_options()]
     sweep_log = Path(plan.configs[0].store) / "sweep.log"
     try:
         # Hydra prints a traceback for a failed job and exits; the table and the store tell it better.

@@ -225,9 +225,15 @@ def compose_raw(overrides: Sequence[str], hydra_node: bool = False) -> DictConfi
     GlobalHydra.instance().clear()
     try:
         with initialize_config_dir(version_base="1.3", config_dir=str(CONF_DIR)):
-            return hydra_compose("config", overrides=list(overrides), return_hydra_config=hydra_node)
+            return hydra_compose("config", [*overrides, *own_options()], return_hydra_config=hydra_node)
     except (HydraException, OmegaConfBaseException) as error:
         raise ConfigError(_one_message(error)) from error
+
+
+def own_options() -> list[str]:
+    """Hydra's override that adds the user's options: those of a folder ``conf`` in the working directory."""
+    own = Path("conf").resolve()
+    return [f"hydra.searchpath=[file://{own}]"] if own.is_dir() and own != CONF_DIR else []
 
 
 def validate(raw: DictConfig) -> Config:

@@ -153,6 +153,18 @@ def test_kill_9_stores_nothing_and_the_next_call_mends_it(snowrepro, tmp_path):
     assert not list(tmp_path.glob("runs/*/progress.json"))
 
 
+def test_own_options_in_the_working_directory(snowrepro, tmp_path):
+    """A shape in ./conf/shape is an option like the others, in one run, in a sweep, and in the list of names."""
+    (tmp_path / "conf" / "shape").mkdir(parents=True)
+    (tmp_path / "conf" / "shape" / "house.yaml").write_text(
+        "name: house\noutline:\n  kind: polygon\n  points: [[0, 0], [30, 0], [30, 25], [15, 40], [0, 25]]\n"
+    )
+    assert snowrepro("run", "shape=house", *SMALL).returncode == 0
+    assert snowrepro("run", "-m", "shape=house,ball", "pressure=500", *SMALL).returncode == 0
+    assert sorted(path.parent.name.split("-")[0] for path in results(tmp_path)) == ["ball", "house", "house"]
+    assert "there are: ball, house" in snowrepro("run", "shape=horse").stderr
+
+
 def test_help_names_the_exit_codes(snowrepro):
     done = snowrepro("run", "--help")
     assert done.returncode == 0
