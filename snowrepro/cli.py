@@ -23,7 +23,7 @@ examples:
   snowrepro run -m pressure=500,2000 sintering=paper,none
   snowrepro run experiment=fig5
 
-exit codes: 0 fine, 2 bad input (config, folder), 3 runs failed, 4 not all there, 130 interrupted
+exit codes: 0 fine, 2 bad input (config, folder), 3 runs failed, 130 interrupted
 """
 
 

@@ -178,6 +178,24 @@ class Analysis(Section):
     settled_frames: int = Field(gt=0, description="frames over which settled_change is taken [1]")
 
 
+class Experiment(Section):
+    """A figure or study: what its report draws from its runs."""
+
+    name: str = Field(min_length=1, description="of the report's folder")
+    title: str
+    picture: Literal["strip", "calibration"]
+    frames: tuple[int, ...] = Field((), description="strip: the columns [frames]")
+    calibrated: bool = Field(False, description="strip: the pressures were chosen by its own sintered runs")
+    targets: tuple[float, ...] = Field((), description="calibration: lump fractions to reach [1]")
+
+    @model_validator(mode="after")
+    def _has_what_its_picture_needs(self) -> "Experiment":
+        needed = {"strip": "frames", "calibration": "targets"}[self.picture]
+        if not getattr(self, needed):
+            raise ValueError(f"a {self.picture} needs {needed}")
+        return self
+
+
 class Config(Section):
     """One run, whole."""
 
@@ -195,7 +213,7 @@ class Config(Section):
     analysis: Analysis
     store: str = Field(min_length=1, description="folder that keeps the runs")
     reports: str = Field(min_length=1, description="folder that reports are written to")
-    experiment: dict[str, Any] | None = None
+    experiment: Experiment | None = None
 
     @model_validator(mode="after")
     def _density_can_grow(self) -> "Config":
@@ -204,6 +222,21 @@ class Config(Section):
                 f"sintering.rho_max ({self.sintering.rho_max}) must exceed material.rho ({self.material.rho})"
             )
         return self
+
+    @model_validator(mode="after")
+    def _pictured_frames_are_stored(self) -> "Config":
+        lost = [frame for frame in self.experiment.frames if not self.is_stored(frame)] if self.experiment else []
+        if lost:
+            raise ValueError(
+                f"experiment.frames {lost} are not stored: frames up to {self.loading.frames} are that are multiples "
+                f"of output.every ({self.output.every}), and the release in frame {self.loading.press_frames}"
+            )
+        return self
+
+    def is_stored(self, frame: int) -> bool:
+        """Whether a frame's particles are kept: every so many, and always the start, the release and the end."""
+        kept = frame % self.output.every == 0 or frame in (self.loading.press_frames, self.loading.frames)
+        return kept and 0 <= frame <= self.loading.frames
 
     @property
     def dx(self) -> float:

@@ -7,10 +7,8 @@ class ExitCode(IntEnum):
     """Exit codes of ``snowrepro``."""
 
     FINE = 0
-    CONTRADICTED = 1  # reserved for checks and claims
     USAGE = 2
     RUNS_FAILED = 3
-    INCOMPLETE = 4
     INTERRUPTED = 130
 
 
@@ -38,9 +36,3 @@ class Diverged(SnowreproError):
 
 class RunsFailed(SnowreproError):
     """A sweep in which at least one run has no result."""
-
-
-class Incomplete(SnowreproError):
-    """A question that the available runs cannot answer."""
-
-    exit_code = ExitCode.INCOMPLETE

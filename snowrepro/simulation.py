@@ -39,7 +39,7 @@ def simulate(config: Config, on_frame: Callable[[Progress], None] | None = None)
     constants: dict[str, np.ndarray] = {}
     for frame in solver.frames(config, scene):
         rows.append(diagnostics.measure(frame, config))
-        if is_stored(frame.number, config):
+        if config.is_stored(frame.number):
             numbers.append(frame.number)
             for name, values in stored.items():
                 values.append(frame.read(name).astype(np.float32))
@@ -48,12 +48,6 @@ def simulate(config: Config, on_frame: Callable[[Progress], None] | None = None)
         if on_frame:
             on_frame(Progress(frame.number, total, frame.substeps))
     return _describe(config, rows, numbers, stored, constants)
-
-
-def is_stored(frame: int, config: Config) -> bool:
-    """Whether a frame's particles are kept: every so many, and always the start, the release and the end."""
-    always = (0, config.loading.press_frames, config.loading.frames)
-    return frame % config.output.every == 0 or frame in always
 
 
 def _describe(

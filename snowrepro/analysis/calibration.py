@@ -1,11 +1,13 @@
 """Choose the three pressures that the paper does not print, on one scene and by one rule."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
 from scipy.optimize import isotonic_regression
 
 
-def calibrate(table: pd.DataFrame, targets: list[float]) -> list[float | None]:
+def calibrate(table: pd.DataFrame, targets: Sequence[float]) -> list[float | None]:
     """Pressures at which the sintered lump fraction first reaches each target.
 
     A rising curve is fitted to lump fraction over log pressure (isotonic regression; seeds are

@@ -29,7 +29,7 @@ def judge(table: pd.DataFrame, calibrated: bool) -> list[Verdict]:
     """Judge the claims by a table with columns pressure, sintering and lump_fraction.
 
     ``calibrated``: the pressures were chosen by the lumps of the sintered runs of this very scene, so
-    C1 to C3 cannot count as tests where they hold.  Several seeds are averaged.
+    C1 to C3 and C5 cannot count as tests where they hold.  Several seeds are averaged.
     """
     arms, empty = _arms(table), pd.Series(dtype=float)
     sintered, unsintered = arms.get("paper", empty), arms.get("none", empty)

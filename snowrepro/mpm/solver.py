@@ -21,7 +21,6 @@ class Frame:
     """The run at the end of one frame; ``read`` gives a copy of a particle quantity by name."""
 
     number: int
-    time: float
     substeps: int
     smallest_step: float
     pushed_out: int
@@ -49,7 +48,7 @@ def frames(config: Config, scene: Scene) -> Iterator[Frame]:
     loading = config.loading
     pressed = config.sintering.enabled or config.reading.unsintered == "pressed"
 
-    yield Frame(0, 0.0, 0, 0.0, 0, particles)
+    yield Frame(0, 0, 0.0, 0, particles)
     for number in range(1, loading.frames + 1):
         pressing = number <= loading.press_frames
         if number == loading.press_frames + 1:
@@ -69,7 +68,6 @@ def frames(config: Config, scene: Scene) -> Iterator[Frame]:
         _check_volume(particles, config, number)
         yield Frame(
             number,
-            number * loading.frame_time,
             ledger.substeps[None],
             ledger.smallest_step[None],
             ledger.pushed_out[None],

@@ -14,7 +14,7 @@ from ..analysis import claims
 from ..analysis.calibration import calibrate
 from ..analysis.fragments import bond_histories, classify_frames, fragments_of
 from ..analysis.summary import tidy
-from ..config import Config
+from ..config import Config, Experiment
 from ..mpm.diagnostics import bounded
 from ..store import runs
 from .figures import Row, draw_calibration, draw_strip
@@ -52,24 +52,24 @@ class Report:
 
 def write_report(configs: Sequence[Config], overrides: Sequence[str]) -> Report:
     """Report on an experiment from the store alone; runs that are missing are shown as missing."""
-    experiment = configs[0].experiment or {}
-    folder = report_folder(configs[0])
+    experiment = configs[0].experiment
+    assert experiment is not None, "only an experiment has a report"
+    folder = report_folder(configs[0], experiment)
     runs.require_writable(folder)
     found = {runs.identify(config): _load(config) for config in configs}
     table = tidy([dataset for dataset in found.values() if dataset is not None], configs[0].analysis)
     table.to_csv(folder / "summary.csv", index=False, float_format="%.6g", lineterminator="\n")
-    picture = {"strip": _strip_report, "calibration": _calibration_report}[experiment["picture"]]
-    lines, verdict = picture(configs, found, table, folder)
-    page = [f"# {experiment['title']}", "", *lines, "", *_about_the_runs(configs, found, table, overrides)]
+    draw = {"strip": _strip_report, "calibration": _calibration_report}[experiment.picture]
+    lines, verdict = draw(experiment, configs, found, table, folder)
+    page = [f"# {experiment.title}", "", *lines, "", *_about_the_runs(configs, found, table, overrides)]
     (folder / "index.md").write_text("\n".join(page) + "\n", encoding="utf-8")
     return Report(folder, verdict)
 
 
-def report_folder(config: Config) -> Path:
+def report_folder(config: Config, experiment: Experiment) -> Path:
     """reports/<experiment>, with the fidelity behind it unless it is the paper's."""
-    name = str((config.experiment or {})["name"])
     suffix = "" if config.fidelity.name == "paper" else f"-{config.fidelity.name}"
-    return Path(config.reports) / f"{name}{suffix}"
+    return Path(config.reports) / f"{experiment.name}{suffix}"
 
 
 def _load(config: Config) -> xr.Dataset | None:
@@ -80,15 +80,18 @@ def _load(config: Config) -> xr.Dataset | None:
 
 
 def _strip_report(
-    configs: Sequence[Config], found: dict[str, xr.Dataset | None], table: pd.DataFrame, folder: Path
+    experiment: Experiment,
+    configs: Sequence[Config],
+    found: dict[str, xr.Dataset | None],
+    table: pd.DataFrame,
+    folder: Path,
 ) -> tuple[list[str], str]:
     """The paper's figure, the same by fragment, and the verdict on the claims."""
-    experiment = configs[0].experiment or {}
-    frames = [int(frame) for frame in experiment["frames"]]
+    frames = experiment.frames
     rows = [_row(config, found[runs.identify(config)], frames) for config in _in_paper_order(configs)]
     draw_strip(rows, frames, configs[0], folder / "strip.png", by_fragment=False)
     draw_strip(rows, frames, configs[0], folder / "fragments.png", by_fragment=True)
-    verdicts = claims.judge(table, calibrated=bool(experiment.get("calibrated")))
+    verdicts = claims.judge(table, calibrated=experiment.calibrated)
     verdict = claims.sentence(table, verdicts)
     lines = [
         f"**Verdict.** {verdict}",
@@ -120,10 +123,14 @@ def _strip_report(
 
 
 def _calibration_report(
-    configs: Sequence[Config], found: dict[str, xr.Dataset | None], table: pd.DataFrame, folder: Path
+    experiment: Experiment,
+    configs: Sequence[Config],
+    found: dict[str, xr.Dataset | None],
+    table: pd.DataFrame,
+    folder: Path,
 ) -> tuple[list[str], str]:
     """The chosen pressures and the curve that they were read from."""
-    targets = [float(target) for target in (configs[0].experiment or {})["targets"]]
+    targets = experiment.targets
     chosen = calibrate(table, targets) if len(table) > 1 else [None] * len(targets)
     draw_calibration(table, targets, chosen, folder / "curve.png")
     shown = ", ".join("not reached" if p is None else f"{p:g}" for p in chosen)

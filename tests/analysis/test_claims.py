@@ -44,9 +44,8 @@ def test_each_claim_can_be_contradicted(frame, claim):
     """Also where the pressures were calibrated."""
     assert words(frame)[claim] == claims.CONTRADICTED
     assert words(frame, calibrated=True)[claim] == claims.CONTRADICTED
-    assert f"contradicted: {claim}" in claims.sentence(frame, claims.judge(frame, False)).lower() or claim in (
-        claims.sentence(frame, claims.judge(frame, False))
-    )
+    said = claims.sentence(frame, claims.judge(frame, False))
+    assert claim in said.split("contradicted: ")[1].split(";")[0]
 
 
 def test_missing_arms_are_not_run():

@@ -2,6 +2,7 @@
 
 import functools
 import os
+import signal
 import time
 
 import cloudpickle
@@ -33,7 +34,7 @@ def test_an_experiment_names_its_runs_and_the_command_line_wins():
         (510, "paper", "preview"),
         (510, "none", "preview"),
     ]
-    assert fewer.configs[0].experiment["name"] == "fig5"
+    assert fewer.configs[0].experiment.name == "fig5"
 
 
 @pytest.mark.parametrize(
@@ -52,6 +53,9 @@ def test_an_experiment_names_its_runs_and_the_command_line_wins():
         (["pressure=.nan"], "pressure"),
         (["pressure=1,2"], "add -m"),
         (["shape=[ball"], "cannot read"),
+        (["experiment=fig5", "experiment.picture=film"], "experiment.picture: should be 'strip' or 'calibration'"),
+        (["experiment=fig5", "experiment.frames=[]"], "a strip needs frames"),
+        (["experiment=fig5", "experiment.frames=[0,262]"], r"experiment.frames .262. are not stored"),
         (["experiment=fig7"], "there is no experiment 'fig7'; there are: calibration, fig5"),
     ],
 )
@@ -78,10 +82,10 @@ def test_jobs_run_in_processes_of_their_own():
 
 def test_a_crash_is_one_failed_job():
     """A killed process and an exception fail alone."""
-    jobs = _jobs(functools.partial(os.kill, 0, 0), functools.partial(os._exit, 9), functools.partial(int, "x"))
+    jobs = _jobs(os.getpid, functools.partial(signal.raise_signal, signal.SIGKILL), functools.partial(int, "x"))
     run_jobs(jobs, workers=2, watch=lambda _: None)
     assert [job.state for job in jobs] == ["done", "failed", "failed"]
-    assert "code 9" in str(jobs[1].result)
+    assert "code -9" in str(jobs[1].result)
     assert isinstance(jobs[2].result, ValueError)
 
 
