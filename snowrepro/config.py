@@ -8,7 +8,7 @@ import difflib
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from hydra import compose as hydra_compose
 from hydra import initialize_config_dir
@@ -25,6 +25,8 @@ _PACKAGE = Path(__file__).resolve().parent
 CONF_DIR = _PACKAGE / "conf" if (_PACKAGE / "conf").is_dir() else _PACKAGE.parent / "conf"
 
 Point = tuple[float, float]
+Corner = Annotated[tuple[float, ...], Field(min_length=2, max_length=3)]
+MOST_BULGE = 10.0  # nearly a full circle on a short chord
 
 
 class Section(BaseModel):
@@ -33,19 +35,64 @@ class Section(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
+class Traced(Section):
+    """An outline that is read from a drawing and becomes a polygon."""
+
+    kind: Literal["svg", "image"]
+    path: str | None = Field(None, description="svg: path data, as in the attribute d")
+    file: str | None = Field(None, description="svg or image: a file, from the working directory")
+    width: float = Field(gt=0, le=1e4, description="width of the outline [cells]")
+
+    @model_validator(mode="after")
+    def _has_one_source(self) -> "Traced":
+        if self.kind == "image" and (self.file is None or self.path is not None):
+            raise ValueError("an image needs a file")
+        if self.kind == "svg" and (self.path is None) == (self.file is None):
+            raise ValueError("an svg needs either a path or a file")
+        return self
+
+    def corners(self) -> tuple[tuple[float, float], ...]:
+        """The polygon's corners [cells].  Raises ValueError with what is wrong in the drawing."""
+        from .scene import trace
+
+        if self.kind == "image":
+            return trace.from_image(str(self.file), self.width)
+        return trace.from_svg(str(self.path or self.file), self.path is None, self.width)
+
+
 class Outline(Section):
-    """A closed curve in cells: a circle, or a polygon given by its corners."""
+    """A closed curve in cells: a circle, or a polygon whose edges may be arcs.
+
+    A third number at a corner bends the edge that starts there: the tangent of a quarter of the
+    arc's angle, positive to the left of a straight edge's end.  The kinds ``svg`` and ``image`` (see
+    ``Traced``) turn into polygons as they are read, so a run's config holds what was simulated.
+    """
 
     kind: Literal["circle", "polygon"]
+    centre: Point = Field((0.0, 0.0), description="circle: centre [cells]")
     radius: float | None = Field(None, gt=0, description="circle: radius [cells]")
-    points: tuple[Point, ...] | None = Field(None, description="polygon: corners in order [cells]")
+    points: tuple[Corner, ...] | None = Field(None, description="polygon: corners in order [cells], and bulge [1]")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _trace(cls, given: Any) -> Any:
+        kind = given.get("kind") if isinstance(given, dict) else "polygon"
+        if kind in ("svg", "image"):
+            return {"kind": "polygon", "points": Traced.model_validate(given).corners()}
+        if kind not in ("circle", "polygon"):
+            raise ValueError(f"kind should be 'circle', 'polygon', 'svg' or 'image', not {kind!r}")
+        return given
 
     @model_validator(mode="after")
     def _has_what_its_kind_needs(self) -> "Outline":
         if self.kind == "circle" and self.radius is None:
             raise ValueError("a circle needs a radius")
-        if self.kind == "polygon" and (self.points is None or len(self.points) < 3):
-            raise ValueError("a polygon needs at least three points")
+        if self.kind == "polygon" and not self.points:
+            raise ValueError("a polygon needs points")
+        if self.kind == "polygon" and len(self.points) < 3 and not any(corner[2:] for corner in self.points):
+            raise ValueError("a polygon without arcs needs at least three points")
+        if any(abs(bulge) > MOST_BULGE for corner in self.points or () for bulge in corner[2:]):
+            raise ValueError(f"the bulge of an arc must lie between -{MOST_BULGE:g} and {MOST_BULGE:g}")
         return self
 
 
@@ -57,13 +104,12 @@ class Shape(Section):
 
 
 class Floor(Section):
-    """What the snow falls on, and the box around the scene."""
+    """What the snow falls on, from the lower left corner of the domain."""
 
     name: str
     outline: Outline
-    width: float = Field(gt=10, description="width of the domain [cells]")
-    surface: float = Field(ge=0, description="height that the drop is measured from [cells]")
-    drop_x: float = Field(gt=0, description="where the snow's centre is above the floor [cells]")
+    width: float | None = Field(None, gt=10, le=1e4, description="of the domain [cells]; none: the floor's right end")
+    drop_x: float | None = Field(None, gt=0, description="place of the snow's centre [cells]; none: mid-domain")
 
 
 class Material(Section):
@@ -112,7 +158,7 @@ class Reading(Section):
     length_unit: Literal["cell", "m"]
     cell: float = Field(gt=0, description="a cell of the paper's grid in length units")
     gravity: float = Field(ge=0, description="downward acceleration after release [length/s^2]")
-    drop_height: float = Field(gt=0, description="free height under the snow [cells]")
+    drop_height: float = Field(gt=0, description="free fall to the first touch [cells]")
     press: Literal["radial_linear", "radial_constant", "shell", "two_sides"]
     press_ramp: int = Field(ge=0, description="frames over which the force grows to its value [1]")
     press_damping: float = Field(ge=0, description="damping of velocities while pressed [1/s]")
@@ -130,6 +176,7 @@ class Reading(Section):
     initial_volume: Literal["grid_density", "sampled"]
     contact: Literal["legacy", "coulomb"]
     friction: float = Field(ge=0, description="Coulomb friction of the floor [1]")
+    inside_floor: Literal["moved_out", "left"]
 
     @model_validator(mode="after")
     def _bounds_are_ordered(self) -> "Reading":
@@ -316,6 +363,8 @@ def _no_such_key(key: str) -> str:
             break
         section = field.annotation
     names = sorted(section.model_fields)
+    if last in names:
+        return f"'{key}' is not set by the options chosen; to set it, write +{key}=..."
     near = difflib.get_close_matches(last, names, n=1)
     hint = f"; did you mean '{near[0]}'?" if near else "."
     return f"there is no setting '{key}'{hint} There are: {', '.join(names)}"

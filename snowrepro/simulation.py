@@ -12,7 +12,7 @@ from .mpm import diagnostics, solver
 from .mpm.state import PARTICLE_STATE
 from .scene.build import build_scene
 
-MODEL_VERSION = 1  # goes up when the same config gives another result
+MODEL_VERSION = 2  # goes up when the same config gives another result
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,10 @@
 
 import taichi as ti
 
+TOUCH = (
+    1e-9  # a particle this near touches: one that was moved to the surface is on it but for round-off [grid spacings]
+)
+
 
 @ti.func
 def slide(velocity, normal, friction):

@@ -27,7 +27,7 @@ MEANING = {
     "hardening_capped": ("particles at the highest exponent of Eq. 1", "1"),
     "hardening_floored": ("particles at the lowest exponent of Eq. 1", "1"),
     "volume_bounded": ("particles at a bound of J_P", "1"),
-    "pushed_out": ("times in the frame that a particle was moved out of the floor", "1"),
+    "ended_inside": ("times in the frame that a particle ended inside the floor", "1"),
 }
 
 BOUNDED = ("poisson_capped", "density_capped", "hardening_capped", "hardening_floored", "volume_bounded")
@@ -64,7 +64,7 @@ def measure(frame: Frame, config: Config) -> dict[str, float]:
         "hardening_capped": int((exponent >= high).sum()),
         "hardening_floored": int((exponent <= low).sum()),
         "volume_bounded": int(((J_P <= reading.plastic_volume[0]) | (J_P >= reading.plastic_volume[1])).sum()),
-        "pushed_out": frame.pushed_out,
+        "ended_inside": frame.ended_inside,
     }
 
 

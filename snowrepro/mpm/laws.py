@@ -44,6 +44,7 @@ class Laws:
     plane_strain: bool
 
     stick_inside: bool
+    moves_out: bool
     friction: float
 
 
@@ -85,5 +86,6 @@ def laws_of(config: Config) -> Laws:
         volume_follows_density=reading.density_changes == "moduli_and_volume",
         plane_strain=reading.plane == "strain",
         stick_inside=reading.contact == "legacy",
+        moves_out=reading.inside_floor == "moved_out",
         friction=reading.friction,
     )

@@ -23,7 +23,7 @@ class Frame:
     number: int
     substeps: int
     smallest_step: float
-    pushed_out: int
+    ended_inside: int
     particles: state.Particles
 
     def read(self, name: str) -> np.ndarray:
@@ -70,7 +70,7 @@ def frames(config: Config, scene: Scene) -> Iterator[Frame]:
             number,
             ledger.substeps[None],
             ledger.smallest_step[None],
-            ledger.pushed_out[None],
+            ledger.ended_inside[None],
             particles,
         )
 

@@ -95,13 +95,13 @@ RUNNING, LEFT_GRID, BAD_STRAIN, TOO_MANY_SUBSTEPS = range(4)
 
 @ti.data_oriented
 class Ledger:
-    """What a frame reports back: failure, time, substeps, the range of time steps, floor push-outs."""
+    """What a frame reports back: failure, time, substeps, the range of time steps, particles that ended inside."""
 
     def __init__(self):
         self.status = ti.field(ti.i32, shape=())
         self.particle = ti.field(ti.i32, shape=())
         self.substeps = ti.field(ti.i32, shape=())
-        self.pushed_out = ti.field(ti.i32, shape=())
+        self.ended_inside = ti.field(ti.i32, shape=())
         self.elapsed = ti.field(ti.f64, shape=())
         self.smallest_step = ti.field(ti.f64, shape=())
         self.top_speed2 = ti.field(ti.f64, shape=())

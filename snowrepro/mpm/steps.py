@@ -32,7 +32,7 @@ def advance_frame(
         substep = 0
         status = RUNNING
         culprit = -1
-        pushed_out = 0
+        ended_inside = 0
         smallest_step = laws.frame_time
         top_speed2 = ledger.top_speed2[None]
 
@@ -50,10 +50,10 @@ def advance_frame(
                 smallest_step = ti.min(smallest_step, dt)
 
                 sinters_now = sinters and (laws.every_substep or substep == 0)
-                top_speed2, pushed = advance_substep(
+                top_speed2, inside = advance_substep(
                     particles, nodes, laws, dt, low, high, gravity, damping, sinters_now
                 )
-                pushed_out += pushed
+                ended_inside += inside
                 substep += 1
                 elapsed += dt
                 if count < 1.5:
@@ -66,7 +66,7 @@ def advance_frame(
         ledger.status[None] = status
         ledger.particle[None] = culprit
         ledger.substeps[None] = substep
-        ledger.pushed_out[None] = pushed_out
+        ledger.ended_inside[None] = ended_inside
         ledger.elapsed[None] = elapsed
         ledger.smallest_step[None] = smallest_step
         ledger.top_speed2[None] = top_speed2
@@ -78,7 +78,7 @@ def advance_substep(
 ):
     """The nine steps, on nodes ``low`` to ``high``; stresses are up to date.
 
-    Returns the largest particle speed squared and how many particles were moved out of the floor.
+    Returns the largest particle speed squared and how many particles ended inside the floor.
     """
     clear(nodes, low, high)
     for p in range(particles.count):
@@ -89,12 +89,12 @@ def advance_substep(
     for i, j in ti.ndrange((low[0], high[0]), (low[1], high[1])):
         step_4_and_5_node_velocity(i, j, nodes, laws, dt, gravity, damping)
     top_speed2 = 0.0
-    pushed_out = 0
+    ended_inside = 0
     for p in range(particles.count):
-        speed2, pushed = step_6_to_9_particle(p, particles, nodes, laws, dt)
+        speed2, inside = step_6_to_9_particle(p, particles, nodes, laws, dt)
         top_speed2 = ti.max(top_speed2, speed2)
-        pushed_out += pushed
-    return top_speed2, pushed_out
+        ended_inside += inside
+    return top_speed2, ended_inside
 
 
 @ti.kernel
@@ -244,21 +244,22 @@ def step_4_and_5_node_velocity(i, j, nodes: ti.template(), laws: ti.template(), 
 def step_6_to_9_particle(p, particles: ti.template(), nodes: ti.template(), laws: ti.template(), dt):
     """Step 6: trial deformation.  Step 7: velocity.  Step 8: collision.  Step 9: position.
 
-    Returns the particle's speed squared, and 1 if it ended inside the floor and was moved out, else 0.
+    Returns the particle's speed squared, and 1 if it ended inside the floor, else 0.
     """
     velocity, gradient, affine = transfer.grid_to_particle(p, particles, nodes, laws)
     particles.F_E[p] = particles.F_E[p] + dt * (gradient @ particles.F_E[p])  # step 6; clamped in update_stress
     position = particles.position[p]
-    moved = 0
+    inside = 0
     if contact.near_floor(position, nodes, laws):
         distance, normal = contact.floor_at(position, nodes, laws)
-        if distance <= 0.0:
+        if distance <= contact.TOUCH * laws.dx:
             velocity = contact.slide(velocity, normal, laws.friction)  # step 8
         distance, normal = contact.floor_at(position + dt * velocity, nodes, laws)
         if distance < 0.0:
-            position -= distance * normal
-            moved = 1
+            inside = 1
+            if ti.static(laws.moves_out):
+                position -= distance * normal
     particles.velocity[p] = velocity  # step 7
     particles.affine[p] = affine
     particles.position[p] = position + dt * velocity  # step 9
-    return velocity.norm_sqr(), moved
+    return velocity.norm_sqr(), inside

@@ -4,13 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..config import Config, Outline
+from ..config import Config, Floor, Outline
 from ..errors import ConfigError
 from . import outline as geometry
 
-WALL_CELLS = 3.0  # the box around the scene is a wall this many grid spacings inside the grid
+WALL_SPACINGS = 3.0  # the box around the scene is a wall this many grid spacings inside the grid
+COARSEST = 2.0  # grid spacing that the domain is sized for, so that all fidelities share one [cells]
+LEAST_CELLS = 16.0  # of snow
 HEADROOM = 6.0  # free height above the snow [cells]
-JITTER = 0.25  # largest shift of a particle from its lattice place [grid spacings]
+JITTER = 0.5  # largest shift of a particle from its lattice place [lattice spacings]
 
 
 @dataclass(frozen=True)
@@ -37,34 +39,40 @@ def build_scene(config: Config) -> Scene:
         flaw = geometry.flaw(part.outline)
         if flaw:
             raise ConfigError(f"the outline of {kind} '{part.name}' cannot be used: {flaw}")
-    places, depth = sample(config.shape.outline, config.fidelity.dx, config.fidelity.particles_per_cell, config.seed)
-    shift = _place_of_snow(config)
-    width, height = domain(config)
-    _check_fit(config, places + shift, width, height)
-
     cell, dx = config.reading.cell, config.fidelity.dx
+    area = geometry.area(config.shape.outline)
+    if area < LEAST_CELLS * dx**2:
+        raise ConfigError(
+            f"shape '{config.shape.name}' is too small: its area is {area:.3g} cells^2, at least "
+            f"{LEAST_CELLS * dx**2:g} are needed at a grid spacing of {dx:g}"
+        )
+    width, height = domain(config)
+    _check_floor(config, width)
+    places, depth = sample(config.shape.outline, dx, config.fidelity.particles_per_cell, config.seed)
+    places = places + place_of_snow(config)
+    _check_fit(config, places, width, height)
+
     counts = np.array([np.ceil(width / dx), np.ceil(height / dx)], dtype=int) + 1
     nodes = np.stack(np.meshgrid(*(np.arange(n) * dx for n in counts), indexing="ij"), axis=-1).reshape(-1, 2)
-    distance, normal = floor_and_walls(config.floor.outline, nodes, counts, dx)
-
-    area = geometry.area(config.shape.outline) * cell**2
+    far = (counts - 1) * dx
+    distance, normal = floor_and_walls(config.floor.outline, nodes, far[0], far[1], WALL_SPACINGS * dx)
     return Scene(
-        positions=(places + shift) * cell,
+        positions=places * cell,
         depth=depth * cell,
-        mass=config.material.rho * area / len(places),
-        volume=area / len(places),
+        mass=config.material.rho * area * cell**2 / len(places),
+        volume=area * cell**2 / len(places),
         node_distance=distance.reshape(counts) * cell,
         node_normal=normal.reshape(*counts, 2),
-        radius=float(np.sqrt(area / np.pi)),
+        radius=float(np.sqrt(area / np.pi)) * cell,
     )
 
 
 def sample(outline: Outline, dx: float, particles_per_cell: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """Particles in an outline: places (n, 2) and depth below the surface (n,), both in cells.
 
-    n = round(area x particles_per_cell / dx^2), so that equal masses add up to density x area.  They
-    are the n places deepest inside of a square lattice with a seeded offset, each shifted by a
-    uniform jitter (legacy Taichi: +-0.25 cell at 4 a cell).
+    n = round(area x particles_per_cell / dx^2), so that equal masses add up to density x area.  A square
+    lattice with a seeded offset is jittered (legacy Taichi: +-0.25 cell at 4 a cell); the n places that
+    are then deepest inside are kept, which are those inside but for a few at the edge.
     """
     rng = np.random.default_rng(seed)
     spacing = dx / np.sqrt(particles_per_cell)
@@ -73,45 +81,67 @@ def sample(outline: Outline, dx: float, particles_per_cell: int, seed: int) -> t
     offset = rng.uniform(0.0, spacing, size=2)
     axes = [np.arange(low[d] - 2 * spacing, high[d] + 3 * spacing, spacing) + offset[d] for d in range(2)]
     lattice = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
-    distance, _ = geometry.signed_distance(outline, lattice)
+    places = lattice + rng.uniform(-JITTER, JITTER, size=lattice.shape) * spacing
+    distance, _ = geometry.signed_distance(outline, places)
     kept = np.sort(np.argsort(distance, kind="stable")[:count])
-    jitter = rng.uniform(-JITTER, JITTER, size=(count, 2)) * (2 * spacing)
-    return lattice[kept] + jitter, -distance[kept]
+    return places[kept], -distance[kept]
 
 
 def floor_and_walls(
-    floor: Outline, points: np.ndarray, node_counts: np.ndarray, dx: float
+    floor: Outline, points: np.ndarray, width: float, height: float, inset: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Signed distance (n,) and normal (n, 2) of the nearest of the floor and the box's four walls [cells]."""
+    """Signed distance (n,) and normal (n, 2) of the floor and of four walls ``inset`` inside the box [cells].
+
+    The nearest counts, in whatever order they are taken; where several are, the mean of their normals.
+    """
     distance, normal = geometry.signed_distance(floor, points)
-    far = (node_counts - 1) * dx
-    for axis in range(2):
-        for wall, sign in ((WALL_CELLS * dx, 1.0), (far[axis] - WALL_CELLS * dx, -1.0)):
-            to_wall = sign * (points[:, axis] - wall)
-            closer = to_wall < distance
-            distance = np.where(closer, to_wall, distance)
-            normal[closer] = np.eye(2)[axis] * sign
-    return distance, normal
+    walls = (
+        (points[:, 0] - inset, (1.0, 0.0)),
+        (width - inset - points[:, 0], (-1.0, 0.0)),
+        (points[:, 1] - inset, (0.0, 1.0)),
+        (height - inset - points[:, 1], (0.0, -1.0)),
+    )
+    for to_wall, inward in walls:
+        distance, normal = geometry.nearer(distance, normal, to_wall, np.broadcast_to(inward, normal.shape))
+    return distance, geometry.unit(normal)
 
 
 def domain(config: Config) -> tuple[float, float]:
     """Width and height of the box around the scene [cells]."""
-    low, high = geometry.extent(config.shape.outline)
-    walls = 2 * WALL_CELLS * 2.0  # sized for the coarsest fidelity, so that all share one box
-    height = config.floor.surface + config.reading.drop_height + (high - low)[1] + HEADROOM + walls
-    return config.floor.width, float(np.ceil(height))
+    snow, floor = (geometry.extent(part.outline)[1][1] for part in (config.shape, config.floor))
+    top = max(snow + place_of_snow(config)[1] + HEADROOM, floor)
+    return domain_width(config.floor), float(np.ceil(top + COARSEST * WALL_SPACINGS))
 
 
-def _place_of_snow(config: Config) -> np.ndarray:
-    """Shift that puts the outline's centre over ``drop_x`` and its lowest point ``drop_height`` above the floor."""
-    low, _ = geometry.extent(config.shape.outline)
-    centre = geometry.centroid(config.shape.outline)
-    return np.array([config.floor.drop_x - centre[0], config.floor.surface + config.reading.drop_height - low[1]])
+def domain_width(floor: Floor) -> float:
+    """Width of the box [cells]."""
+    return floor.width or float(np.ceil(geometry.extent(floor.outline)[1][0]))
+
+
+def place_of_snow(config: Config) -> np.ndarray:
+    """Shift (2,) that puts the snow's centre over ``drop_x`` and lets it fall ``drop_height`` to the first touch."""
+    body, floor = config.shape.outline, config.floor
+    drop_x = floor.drop_x or 0.5 * domain_width(floor)
+    aside = drop_x - geometry.centroid(body)[0]
+    ground = COARSEST * WALL_SPACINGS - geometry.extent(body)[0][1]  # of the box, where no floor is below
+    lift = max(ground, -geometry.gap_above(body, floor.outline, aside))
+    return np.array([aside, lift + config.reading.drop_height])
+
+
+def _check_floor(config: Config, width: float) -> None:
+    """Refuse a floor that reaches out of its domain."""
+    low, high = geometry.extent(config.floor.outline)
+    if (low < 0).any() or high[0] > width:
+        raise ConfigError(
+            f"floor '{config.floor.name}' lies outside its domain, which is {width:g} cells wide from (0, 0): "
+            f"it spans x {low[0]:g} to {high[0]:g} and y {low[1]:g} to {high[1]:g}"
+        )
 
 
 def _check_fit(config: Config, places: np.ndarray, width: float, height: float) -> None:
-    """Refuse a scene whose snow leaves the box or starts in the floor."""
-    margin = (WALL_CELLS + 1.0) * config.fidelity.dx
+    """Refuse snow that leaves the box or starts in the floor."""
+    dx = config.fidelity.dx
+    margin = (WALL_SPACINGS + 1.0) * dx
     low, high = places.min(axis=0), places.max(axis=0)
     if (low < margin).any() or high[0] > width - margin or high[1] > height - margin:
         raise ConfigError(
@@ -120,14 +150,8 @@ def _check_fit(config: Config, places: np.ndarray, width: float, height: float) 
             f"{height:g} cells with a margin of {margin:g}"
         )
     distance, _ = geometry.signed_distance(config.floor.outline, places)
-    if distance.min() < config.fidelity.dx:
+    if distance.min() < dx:
         raise ConfigError(
             f"shape '{config.shape.name}' touches floor '{config.floor.name}' at the start: "
-            f"the gap is {distance.min():.2f} cells, at least {config.fidelity.dx:g} are needed"
-        )
-    floor_low, floor_high = geometry.extent(config.floor.outline)
-    if (floor_low < 0).any() or floor_high[0] > width or floor_high[1] > height:
-        raise ConfigError(
-            f"floor '{config.floor.name}' lies outside its domain of {width:g} x {height:g} cells: it spans "
-            f"x {floor_low[0]:g} to {floor_high[0]:g} and y {floor_low[1]:g} to {floor_high[1]:g}"
+            f"the gap is {distance.min():.2f} cells, at least {dx:g} are needed"
         )

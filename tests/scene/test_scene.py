@@ -1,94 +1,81 @@
-"""Outlines, sampling, the pressing force, and scenes that do not fit."""
+"""Sampling, the pressing force, the place of the snow, and scenes that do not fit."""
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from snowrepro.config import Outline, compose
+from snowrepro.config import compose
 from snowrepro.errors import ConfigError
 from snowrepro.scene import outline as geometry
-from snowrepro.scene.build import build_scene, sample
+from snowrepro.scene.build import build_scene, floor_and_walls, sample
 from snowrepro.scene.press import external_force
 
 
-def polygon(points) -> Outline:
-    return Outline(kind="polygon", points=tuple(map(tuple, points)))
+@pytest.mark.parametrize(("shape", "count"), [("ball", 8151), ("star", 22076), ("rectangle", 8151), ("triangle", 8151)])
+def test_particles_are_as_many_as_the_paper_counts(shape, count):
+    """Table 2 for ball and star; the others have the ball's area."""
+    assert len(build_scene(compose([f"shape={shape}"])).positions) == count
 
 
-def star_shaped(radii) -> np.ndarray:
-    """A simple polygon from radii at equal angles."""
-    angles = np.linspace(0, 2 * np.pi, len(radii), endpoint=False)
-    return np.stack([radii * np.cos(angles), radii * np.sin(angles)], axis=1)
+@pytest.mark.parametrize("shape", ["ball", "star", "rectangle", "triangle"])
+@pytest.mark.parametrize("sampling", ["particles_per_cell=4", "particles_per_cell=9", "particles_per_cell=16", "dx=2"])
+def test_mass_is_density_times_area(shape, sampling):
+    """Whatever the sampling; the area by the shoelace rule or pi r^2."""
+    config = compose([f"shape={shape}", f"fidelity.{sampling}"])
+    corners = np.array(config.shape.outline.points or [])
+    if shape == "ball":
+        area = np.pi * config.shape.outline.radius**2
+    else:
+        x, y = corners.T
+        area = 0.5 * abs(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+    scene = build_scene(config)
+    assert scene.mass * len(scene.positions) == pytest.approx(100 * area, rel=1e-13)
+    assert scene.volume * len(scene.positions) == pytest.approx(area, rel=1e-13)
 
 
-def brute_force_distance(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Distance to 4,000 points on each edge; sign by winding number."""
-    t = np.linspace(0, 1, 4000)[:, None]
-    border = np.concatenate([a + t * (b - a) for a, b in zip(corners, np.roll(corners, -1, 0), strict=True)])
-    distance = np.array([np.sqrt(((border - p) ** 2).sum(axis=1)).min() for p in points])
-    angles = np.arctan2(*np.moveaxis(corners[None] - points[:, None], -1, 0)[::-1])
-    turns = np.diff(np.concatenate([angles, angles[:, :1]], axis=1), axis=1)
-    winding = ((turns + np.pi) % (2 * np.pi) - np.pi).sum(axis=1)
-    return np.where(np.abs(winding) > np.pi, -distance, distance)
+@pytest.mark.parametrize("shape", ["ball", "star", "rectangle", "triangle"])
+def test_particles_fill_the_outline_evenly(shape):
+    """All are inside but for a few at the edge, none far out; a cell in the middle has four."""
+    outline = compose([f"shape={shape}"]).shape.outline
+    places, depth = sample(outline, 1.0, 4, seed=1)
+    np.testing.assert_allclose(depth, -geometry.signed_distance(outline, places)[0])
+    assert depth.min() > -0.1
+    assert (depth < 0).mean() < 0.02
+    centre = geometry.centroid(outline)
+    middle = (np.abs(places - centre) < 5).all(axis=1)
+    assert middle.sum() == pytest.approx(400, rel=0.05)
 
 
-@settings(deadline=None, max_examples=30)
-@given(st.lists(st.floats(0.5, 3.0), min_size=3, max_size=9), st.integers(0, 2**31), st.integers(0, 8), st.booleans())
-def test_polygon_distance_against_brute_force(radii, seed, first, reverse):
-    """Distance, sign and normal; the first vertex and the direction change nothing beyond round-off."""
-    corners = star_shaped(np.array(radii))
-    points = np.random.default_rng(seed).uniform(-4, 4, (40, 2))
-    distance, normal = geometry.signed_distance(polygon(corners), points)
-    expected = brute_force_distance(corners, points)
-    np.testing.assert_allclose(distance, expected, atol=2e-3)
-    np.testing.assert_allclose(np.linalg.norm(normal, axis=1), 1, atol=1e-9)
-    moved, _ = geometry.signed_distance(polygon(corners), points + 1e-6 * normal)
-    assert np.median((moved - distance) / 1e-6) == pytest.approx(1, abs=1e-3)
-    turned = np.roll(corners, first, axis=0)[:: -1 if reverse else 1]
-    again, _ = geometry.signed_distance(polygon(turned), points)
-    np.testing.assert_allclose(again, distance, atol=1e-12)
-
-
-def test_polygon_area_and_centroid():
-    """A 3 x 2 rectangle with its corner at (1, 1), in either direction."""
-    corners = [(1, 1), (4, 1), (4, 3), (1, 3)]
-    for points in (corners, corners[::-1]):
-        assert geometry.area(polygon(points)) == pytest.approx(6)
-        np.testing.assert_allclose(geometry.centroid(polygon(points)), [2.5, 2])
-
-
-@settings(deadline=None, max_examples=50)
-@given(st.lists(st.floats(0.5, 3.0), min_size=3, max_size=12), st.permutations(range(6)))
-def test_only_crossing_outlines_are_flawed(radii, order):
-    """Star-shaped outlines are sound; six corners of a hexagon in any order but around it cross."""
-    assert geometry.flaw(polygon(star_shaped(np.array(radii)))) is None
-    hexagon = star_shaped(np.ones(6))[list(order)]
-    steps = {(b - a) % 6 for a, b in zip(order, [*order[1:], order[0]], strict=True)}
-    assert (geometry.flaw(polygon(hexagon)) is None) == (steps in ({1}, {5}))
-
-
-def test_ball_has_the_papers_count():
-    """Table 2: 8,151 particles at fidelity=paper, and mass = density x area at any sampling."""
-    area = np.pi * 25.4686**2
-    for overrides in ([], ["fidelity.particles_per_cell=9"], ["fidelity=preview"]):
-        config = compose(overrides)
-        scene = build_scene(config)
-        assert scene.mass * len(scene.positions) == pytest.approx(100 * area, rel=1e-12)
-    assert len(build_scene(compose([])).positions) == 8151
-
-
-def test_particles_stay_in_the_outline_but_for_jitter():
-    """No particle is farther out than its jitter can carry it; the seed decides the places."""
+def test_the_seed_decides_the_places():
     ball = compose([]).shape.outline
-    places, depth = sample(ball, 1.0, 4, seed=1)
-    outside = geometry.signed_distance(ball, places)[0].max()
-    assert outside < 0.25 * np.sqrt(2) + 0.05
-    assert depth.min() > -0.05
+    places, _ = sample(ball, 1.0, 4, seed=1)
     again, _ = sample(ball, 1.0, 4, seed=1)
     other, _ = sample(ball, 1.0, 4, seed=2)
     assert (places == again).all()
     assert not (places == other).all()
+
+
+@pytest.mark.parametrize("floor", ["L", "square", "zigzag", "triangle", "stair1", "stair2", "stair3"])
+@pytest.mark.parametrize("shape", ["ball", "star"])
+def test_snow_falls_the_same_height_to_every_floor(shape, floor):
+    """Lowered by drop_height the snow just touches: the gap between particles and floor closes."""
+    config = compose([f"shape={shape}", f"floor={floor}"])
+    positions = build_scene(config).positions
+    assert positions[:, 0].mean() == pytest.approx(100, abs=0.1)
+    sunk = positions - [0, config.reading.drop_height]
+    gap = geometry.signed_distance(config.floor.outline, sunk)[0].min()
+    assert -0.2 < gap < 1.0
+
+
+def test_floor_and_walls_are_one_distance():
+    """Exact beside walls and floor, in their corners, and without a preferred side on a bisector."""
+    config = compose(["floor=L"])
+    points = np.array([[100.0, 60.0], [195.0, 60.0], [33.3, 80.0], [40.3, 22.3], [100.0, 98.0], [50.0, 14.0]])
+    distance, normal = floor_and_walls(config.floor.outline, points, 200.0, 100.0, 3.0)
+    corner = np.hypot(3.0, 7.7)
+    np.testing.assert_allclose(distance, [37.0, 2.0, corner, 10.0, -1.0, 1.7])
+    diagonal = np.sqrt(0.5)
+    expected = [[0, -1], [-1, 0], [3 / corner, 7.7 / corner], [diagonal, diagonal], [0, -1], [0, 1]]
+    np.testing.assert_allclose(normal, expected, atol=1e-12)
 
 
 def test_force_builds_up_the_nominal_pressure_at_the_centre():
@@ -116,17 +103,43 @@ def test_force_builds_up_the_nominal_pressure_at_the_centre():
 @pytest.mark.parametrize(
     ("overrides", "reason"),
     [
+        (["shape=star", "shape.outline.points=[[0,0],[40,40],[40,0],[0,40]]"], r"crosses .* near \(20, 20\)"),
+        (["floor.outline.points=[[0,0],[200,0],[200,9],[50,9],[60,0],[70,9],[0,9]]"], "crosses or touches itself near"),
+        (["shape=star", "shape.outline.points=[[0,0],[20,0],[40,0]]"], "it has no area"),
+        (["shape=star", "shape.outline.points=[[0,0],[40,0],[40,40],[0,0]]"], "corner 4 is repeated by the next"),
+        (["shape=star", "shape.outline.points=[[0,0],[40,0],[20,0],[20,30]]"], "crosses or touches itself"),
+        (["shape=star", "shape.outline.points=[[0,0],[40,0,1],[40,5],[38,0]]"], "crosses or touches itself"),
+        (
+            ["shape=star", "shape.outline.points=[[0,0],[60,0],[60,40],[59,0.5]]"],
+            r"corner at \(60, 40\) is sharper than 5",
+        ),
+        (["floor.outline.points=[[0,0],[200,0],[240,10],[0,10]]"], "lies outside its domain, which is 200 cells wide"),
+        (["floor.outline.points=[[-5,0],[200,0],[200,10],[-5,10]]"], "lies outside its domain"),
         (["floor.drop_x=10"], "does not fit the domain"),
-        (["shape.outline.radius=80"], "does not fit the domain"),
-        (["floor.outline.points=[[0,0],[140,0],[140,130]]"], "touches floor"),
-        (["floor.outline.points=[[0,0],[200,0],[200,10]]"], "outside its domain"),
-        (["floor.outline.points=[[0,0],[100,10],[100,0],[0,10]]"], "corners 1 and 3 cross"),
-        (["floor.outline.points=[[0,0],[100,0],[50,0]]"], "it has no area"),
-        (["floor.outline.points=[[0,0],[100,0],[100,0],[0,10]]"], "a corner is repeated"),
-        (["floor.outline.points=[[0,0],[100,0],[100,10],[50,0],[0,10]]"], "corners 1 and 3 cross or touch"),
+        (["shape.outline.radius=120"], "does not fit the domain"),
+        (["reading.drop_height=0.5"], "touches floor 'L' at the start: the gap is"),
+        (["floor.drop_x=56", "reading.drop_height=20"], "touches floor 'L' at the start"),
+        (["shape.outline.radius=2"], "is too small"),
     ],
 )
-def test_scenes_that_do_not_fit_are_refused(overrides, reason):
-    """The message says what does not fit, with numbers."""
+def test_bad_scenes_are_refused(overrides, reason):
+    """The message says what is wrong, with numbers."""
     with pytest.raises(ConfigError, match=reason):
         build_scene(compose(overrides))
+
+
+@pytest.mark.parametrize(
+    ("overrides", "reason"),
+    [
+        (["shape=star", "shape.outline.points=[[0,0],[40,0]]"], "needs at least three points"),
+        (["shape=star", "shape.outline.points=[[0,0],[40,0,11],[3,3]]"], "bulge of an arc must lie between -10 and 10"),
+        (["shape=star", "shape.outline.points=[[0,0],[40],[3,3]]"], "points.1"),
+        (["shape=star", "shape.outline.points=[[0,0],[40,inf],[3,3]]"], "finite"),
+        (["shape=star", "shape.outline.kind=square"], "should be 'circle', 'polygon', 'svg' or 'image'"),
+        (["shape.outline.kind=polygon"], "a polygon needs points"),
+        (["floor.width=abc"], "floor.width: should be a valid number"),
+    ],
+)
+def test_bad_outlines_are_refused_with_the_config(overrides, reason):
+    with pytest.raises(ConfigError, match=reason):
+        compose(overrides)
