@@ -110,7 +110,7 @@ def test_force_builds_up_the_nominal_pressure_at_the_centre():
         (["shape=star", "shape.outline.points=[[0,0],[40,0],[20,0],[20,30]]"], "crosses or touches itself"),
         (["shape=star", "shape.outline.points=[[0,0],[40,0,1],[40,5],[38,0]]"], "crosses or touches itself"),
         (
-            ["shape=star", "shape.outline.points=[[0,0],[60,0],[60,40],[59,0.5]]"],
+            ["shape=star", "shape.outline.points=[[0,0],[60,0],[60,40],[59,9]]"],
             r"corner at \(60, 40\) is sharper than 5",
         ),
         (["floor.outline.points=[[0,0],[200,0],[240,10],[0,10]]"], "lies outside its domain, which is 200 cells wide"),
