@@ -1,13 +1,14 @@
 # Two commands for a newcomer: make reproduce, make test.
 PYTHON ?= python3
 FIDELITY ?= paper
+EXPERIMENTS ?= fig5
 VENV := .venv
 BIN := $(VENV)/bin
 
 .PHONY: reproduce test lint lock benchmark clean
 
-reproduce: $(VENV)/installed  ## Figure 5 of the paper into reports/fig5/
-	$(BIN)/snowrepro run experiment=fig5 fidelity=$(FIDELITY)
+reproduce: $(VENV)/installed  ## Figure 5 of the paper into reports/fig5/; EXPERIMENTS="fig2 fig6" for others
+	set -e; for name in $(EXPERIMENTS); do $(BIN)/snowrepro run experiment=$$name fidelity=$(FIDELITY); done
 
 test: $(VENV)/installed
 	$(BIN)/python -m pytest

@@ -51,7 +51,7 @@ def in_process(case: str) -> tuple[float, float]:
 
 def measure_snowrepro(spline: str) -> float:
     """Everything on: a ball that lands on the floor and flows plastically, with sintering once a frame."""
-    from snowrepro.config import compose
+    from snowrepro.composition import compose
     from snowrepro.mpm import diagnostics, solver, steps
     from snowrepro.mpm.laws import laws_of
     from snowrepro.scene.build import build_scene

@@ -9,7 +9,7 @@ os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
 if TYPE_CHECKING:
     from .analysis.fragments import classify
     from .analysis.summary import summarise
-    from .config import compose
+    from .composition import compose
     from .simulation import simulate
     from .store.runs import open_run
 
@@ -17,7 +17,7 @@ __all__ = ["classify", "compose", "open_run", "simulate", "summarise"]
 
 _HOMES = {
     "classify": ".analysis.fragments",
-    "compose": ".config",
+    "compose": ".composition",
     "open_run": ".store.runs",
     "simulate": ".simulation",
     "summarise": ".analysis.summary",

@@ -5,13 +5,15 @@ import contextlib
 import logging
 import signal
 import sys
+import time
 from collections.abc import Sequence
 from pathlib import Path
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from .config import CONF_DIR, Config, compose_raw, own_options
+from .composition import CONF_DIR, compose_raw, own_options
+from .config import Config
 from .errors import ExitCode, RunsFailed, SnowreproError
 from .sweep.plan import Plan, make_plan
 
@@ -75,17 +77,19 @@ def _parser() -> argparse.ArgumentParser:
 def run_command(options: argparse.Namespace) -> ExitCode:
     """Validate everything, run what is not done, then report from the store."""
     plan = make_plan(options.overrides, options.multirun)
-    from .scene.build import build_scene
     from .store import runs
 
-    for config in plan.configs:
-        build_scene(config)
+    _check_scenes(plan)
+    if not plan.needs_runs:
+        return _report_sweep(plan)
     runs.require_writable(plan.configs[0].store)
     done = [runs.is_done(config) for config in plan.configs]
     if plan.is_sweep:
         _say(f"{len(done)} runs, {sum(done)} of them done, store '{plan.configs[0].store}'")
         if not all(done):
+            started = time.monotonic()
             _launch(plan)
+            _say_cost(plan, len(done) - sum(done), time.monotonic() - started)
         return _report_sweep(plan)
     _run_one(plan.configs[0], done[0])
     return ExitCode.FINE
@@ -108,6 +112,27 @@ def classify_command(options: argparse.Namespace) -> ExitCode:
     with open_run(options.run, options.store) as dataset:
         _print_rows(summarise(dataset))
     return ExitCode.FINE
+
+
+def _check_scenes(plan: Plan) -> None:
+    """Build each different scene once.  Raises ConfigError where one cannot be."""
+    from .scene.build import build_scene
+
+    def scene(config: Config) -> tuple:
+        return config.shape, config.floor, config.fidelity, config.reading
+
+    for config in {scene(config): config for config in plan.configs}.values():
+        build_scene(config)
+
+
+def _say_cost(plan: Plan, computed: int, wall_seconds: float) -> None:
+    """How long a sweep took, and how much computing is in its results."""
+    from .analysis.summary import row_of
+    from .store import runs
+    from .sweep.table import clock
+
+    seconds = sum(row_of(config)["seconds"] for config in plan.configs if runs.is_done(config))
+    _say(f"wall time {clock(wall_seconds)} for {computed} runs; {seconds / 3600:.3f} core-hours in all runs asked for")
 
 
 def _run_one(config: Config, done: bool) -> None:
@@ -152,7 +177,7 @@ def _report_sweep(plan: Plan) -> ExitCode:
     from .report.page import write_report
     from .store import runs
 
-    missing = [config for config in plan.configs if not runs.is_done(config)]
+    missing = [config for config in plan.configs if plan.needs_runs and not runs.is_done(config)]
     if plan.configs[0].experiment:
         report = write_report(plan.configs, plan.overrides)
         print(f"verdict: {report.verdict}")
@@ -178,9 +203,11 @@ def _print_line(config: Config) -> None:
 
 
 def _print_rows(row: dict) -> None:
+    """Name and value a line; floats in five digits, whole numbers with separators."""
     width = max(len(name) for name in row)
     for name, value in row.items():
-        print(f"{name:{width}}  {value:.5g}" if isinstance(value, float) else f"{name:{width}}  {value}")
+        form = ".5g" if isinstance(value, float) else "," if type(value) is int else ""
+        print(f"{name:{width}}  {value:{form}}")
 
 
 def _console_log() -> logging.Handler:

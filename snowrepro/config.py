@@ -1,28 +1,11 @@
 """What a run is: the configuration, validated before any work.
 
-``compose`` turns Hydra overrides into a ``Config``; nothing else in the package needs Hydra's types.
 Lengths are in cells of the paper's grid; ``reading.cell`` turns them into the reading's unit.
 """
 
-import difflib
-import re
-from collections.abc import Sequence
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from hydra import compose as hydra_compose
-from hydra import initialize_config_dir
-from hydra.core.global_hydra import GlobalHydra
-from hydra.errors import HydraException
-from omegaconf import DictConfig, OmegaConf
-from omegaconf.errors import OmegaConfBaseException
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
-
-from .errors import ConfigError
-
-_PACKAGE = Path(__file__).resolve().parent
-# An installed wheel carries conf/ inside the package; a clone has it beside.
-CONF_DIR = _PACKAGE / "conf" if (_PACKAGE / "conf").is_dir() else _PACKAGE.parent / "conf"
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 Point = tuple[float, float]
 Corner = Annotated[tuple[float, ...], Field(min_length=2, max_length=3)]
@@ -64,8 +47,9 @@ class Outline(Section):
     """A closed curve in cells: a circle, or a polygon whose edges may be arcs.
 
     A third number at a corner bends the edge that starts there: the tangent of a quarter of the
-    arc's angle, positive to the left of a straight edge's end.  The kinds ``svg`` and ``image`` (see
-    ``Traced``) turn into polygons as they are read, so a run's config holds what was simulated.
+    arc's angle, positive if the arc lies on the right of the straight edge.  The kinds ``svg`` and
+    ``image`` (see ``Traced``) turn into polygons as they are read, so a run's config holds what was
+    simulated.
     """
 
     kind: Literal["circle", "polygon"]
@@ -226,21 +210,30 @@ class Analysis(Section):
 
 
 class Experiment(Section):
-    """A figure or study: what its report draws from its runs."""
+    """A figure, a table or a study: what its report draws from its runs."""
 
     name: str = Field(min_length=1, description="of the report's folder")
     title: str
-    picture: Literal["strip", "calibration"]
-    frames: tuple[int, ...] = Field((), description="strip: the columns [frames]")
-    calibrated: bool = Field(False, description="strip: the pressures were chosen by its own sintered runs")
+    picture: Literal["strip", "calibration", "shapes", "floors", "setting", "parameters", "timings", "grid"]
+    frames: tuple[int, ...] = Field((), description="strip: the columns; setting: pressed and falling [frames]")
+    calibrated_on: tuple[str, str] | None = Field(
+        None, description="strip, grid: shape and floor whose sintered runs the pressures were chosen by"
+    )
     targets: tuple[float, ...] = Field((), description="calibration: lump fractions to reach [1]")
 
     @model_validator(mode="after")
     def _has_what_its_picture_needs(self) -> "Experiment":
-        needed = {"strip": "frames", "calibration": "targets"}[self.picture]
-        if not getattr(self, needed):
+        needed = {"strip": "frames", "setting": "frames", "calibration": "targets"}.get(self.picture)
+        if needed and not getattr(self, needed):
             raise ValueError(f"a {self.picture} needs {needed}")
+        if self.picture == "setting" and len(self.frames) != 2:
+            raise ValueError("a setting needs two frames, one while pressed and one while falling")
         return self
+
+    @property
+    def needs_runs(self) -> bool:
+        """Whether the picture shows results, and not just what would be run."""
+        return self.picture not in ("shapes", "floors", "parameters")
 
 
 class Config(Section):
@@ -289,82 +282,3 @@ class Config(Section):
     def dx(self) -> float:
         """Grid spacing in length units."""
         return self.fidelity.dx * self.reading.cell
-
-
-def compose(overrides: Sequence[str] = ()) -> Config:
-    """Compose and validate one run.
-
-    ``overrides`` are Hydra's, for example ``["shape=ball", "pressure=500", "sintering=none"]``.
-    Raises ConfigError with the reason, and the right names where a name was wrong.
-    """
-    return validate(compose_raw(overrides))
-
-
-def compose_raw(overrides: Sequence[str], hydra_node: bool = False) -> DictConfig:
-    """Hydra's own composition; with ``hydra_node`` its settings (sweeper, launcher) come along."""
-    GlobalHydra.instance().clear()
-    try:
-        with initialize_config_dir(version_base="1.3", config_dir=str(CONF_DIR)):
-            return hydra_compose("config", [*overrides, *own_options()], return_hydra_config=hydra_node)
-    except (HydraException, OmegaConfBaseException) as error:
-        raise ConfigError(_one_message(error)) from error
-
-
-def own_options() -> list[str]:
-    """Hydra's override that adds the user's options: those of a folder ``conf`` in the working directory."""
-    own = Path("conf").resolve()
-    return [f"hydra.searchpath=[file://{own}]"] if own.is_dir() and own != CONF_DIR else []
-
-
-def validate(raw: DictConfig) -> Config:
-    """Turn Hydra's config into a ``Config``.  Raises ConfigError naming each wrong key and its bounds."""
-    try:
-        plain = OmegaConf.to_container(OmegaConf.masked_copy(raw, [k for k in raw if k != "hydra"]), resolve=True)
-        return Config.model_validate(plain)
-    except OmegaConfBaseException as error:
-        raise ConfigError(_one_message(error)) from error
-    except ValidationError as error:
-        raise ConfigError("; ".join(_explain(item) for item in error.errors())) from error
-
-
-def _explain(item: dict[str, Any]) -> str:
-    """One pydantic error as 'key: what is wrong (got value)'."""
-    where = ".".join(str(part) for part in item["loc"]) or "config"
-    if item["type"] == "extra_forbidden":
-        return _no_such_key(where)
-    message = re.sub(r"^Value error, |^Input ", "", item["msg"])
-    shown = "" if isinstance(item["input"], dict) else f" (got {item['input']!r})"
-    return f"{where}: {message}{shown}"
-
-
-def _one_message(error: Exception) -> str:
-    """Hydra's message on one line, with the right names when a key was wrong."""
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    text = " ".join(lines)
-    choice = re.search(
-        r"Could not find '([^/']+)/([^']*)' Available options in '[^']+': (.*?)( Config search path|$)", text
-    )
-    if choice:
-        return f"there is no {choice[1]} '{choice[2]}'; there are: {', '.join(choice[3].split())}"
-    unknown = re.search(r"Could not override '([^']+)'", text) or re.search(r"Key '(\w+)' is not in struct", text)
-    if unknown:
-        return _no_such_key(unknown[1].lstrip("+"))
-    return text
-
-
-def _no_such_key(key: str) -> str:
-    """Say that a key does not exist, which is near to it, and which there are."""
-    section: type[BaseModel] = Config
-    *parents, last = key.split(".")
-    for parent in parents:
-        field = section.model_fields.get(parent)
-        if field is None or not isinstance(field.annotation, type) or not issubclass(field.annotation, BaseModel):
-            last = parent
-            break
-        section = field.annotation
-    names = sorted(section.model_fields)
-    if last in names:
-        return f"'{key}' is not set by the options chosen; to set it, write +{key}=..."
-    near = difflib.get_close_matches(last, names, n=1)
-    hint = f"; did you mean '{near[0]}'?" if near else "."
-    return f"there is no setting '{key}'{hint} There are: {', '.join(names)}"

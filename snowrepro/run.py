@@ -6,9 +6,12 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+import xarray as xr
 from omegaconf import DictConfig
 
-from .config import Config, validate
+from .analysis.summary import row_of
+from .composition import validate
+from .config import Config
 from .errors import SnowreproError, StoreError
 from .mpm import diagnostics
 from .simulation import Progress, simulate
@@ -28,12 +31,14 @@ def run(config: Config, on_progress: Callable[[Progress], None] | None = None) -
         return path
     runs.require_writable(runs.run_dir(config))
     with _log_to(runs.run_dir(config) / "run.log"):
+        clock: list[float] = []  # when each frame was there
         started = time.perf_counter()
         log.info("run %s", runs.identify(config))
         try:
-            dataset = simulate(config, _announce(config, on_progress))
+            dataset = simulate(config, _announce(config, clock, on_progress))
             seconds = time.perf_counter() - started
-            path = runs.save(dataset, config, seconds)
+            per_frame = (clock[-1] - clock[1]) / max(len(clock) - 2, 1)  # frame 1 compiles
+            path = runs.save(dataset, config, wall_seconds=seconds, seconds_per_frame=per_frame)
         except SnowreproError as error:
             log.error("%s", error)
             with suppress(StoreError):  # a full disk must not hide the first error
@@ -43,8 +48,13 @@ def run(config: Config, on_progress: Callable[[Progress], None] | None = None) -
             runs.forget_progress(config)
         for line in diagnostics.bounded(dataset):
             log.info("%s", line)
-        log.info("%d particles, %d substeps, %.1f s", dataset.sizes["particle"], dataset.substeps.sum(), seconds)
+        log.info("%s particles, %s substeps, %.1f s", *_counts(dataset), seconds)
+    row_of(config)
     return path
+
+
+def _counts(dataset: xr.Dataset) -> tuple[str, str]:
+    return f"{dataset.sizes['particle']:,}", f"{int(dataset['substeps'].sum()):,}"
 
 
 def run_raw(raw: DictConfig) -> str:
@@ -52,12 +62,15 @@ def run_raw(raw: DictConfig) -> str:
     return str(run(validate(raw)))
 
 
-def _announce(config: Config, on_progress: Callable[[Progress], None] | None) -> Callable[[Progress], None]:
-    """A frame callback that says how far the run is, at most every PROGRESS_SECONDS."""
+def _announce(
+    config: Config, clock: list[float], on_progress: Callable[[Progress], None] | None
+) -> Callable[[Progress], None]:
+    """A frame callback that notes the time and says how far the run is, at most every PROGRESS_SECONDS."""
     last = 0.0
 
     def on_frame(progress: Progress) -> None:
         nonlocal last
+        clock.append(time.perf_counter())
         if on_progress:
             on_progress(progress)
         if time.monotonic() - last > PROGRESS_SECONDS:

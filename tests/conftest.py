@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from snowrepro.config import Config, compose
+from snowrepro.composition import compose
+from snowrepro.config import Config
 from snowrepro.simulation import simulate
 
 # A run that ends in seconds: coarse, short, and with all that a long one has.

@@ -73,7 +73,12 @@ class LocalLauncher(Launcher):
             config.hydra.job.num = index
         call = functools.partial(execute, self.hydra_context, self.task_function, config, Singleton.get_state())
         label = " ".join(o for o in filter_overrides(overrides) if o not in common) or f"job {index}"
-        return Job(label, cloudpickle.dumps(call), _progress_folder(config))
+        folder, result = _stored(config)
+        if result:
+            finished = JobReturn(status=JobStatus.COMPLETED)
+            finished.return_value = str(result)
+            return Job(label, b"", folder, state="done", result=finished)
+        return Job(label, cloudpickle.dumps(call), folder)
 
 
 def execute(
@@ -91,16 +96,17 @@ def execute(
     )
 
 
-def _progress_folder(config: DictConfig) -> Path | None:
-    """Where a job of snowrepro reports its progress; None for any other application."""
-    from snowrepro.config import validate
+def _stored(config: DictConfig) -> tuple[Path | None, Path | None]:
+    """Where a job of snowrepro reports its progress, and its result if that is there; None for other applications."""
+    from snowrepro.composition import validate
     from snowrepro.errors import ConfigError
-    from snowrepro.store.runs import run_dir
+    from snowrepro.store import runs
 
     try:
-        return run_dir(validate(config))
+        run = validate(config)
     except ConfigError:
-        return None
+        return None, None
+    return runs.run_dir(run), runs.result_path(run) if runs.is_done(run) else None
 
 
 def _job_return(result: Any) -> JobReturn:

@@ -1,12 +1,18 @@
 """One row of numbers for one run."""
 
+import hashlib
 import json
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
-from ..config import Analysis
+from ..config import Analysis, Config
+from ..errors import StoreError
+from ..store import runs
 from .fragments import analysis_of, classify_frames
 
 
@@ -47,19 +53,42 @@ def summarise(dataset: xr.Dataset, analysis: Analysis | None = None) -> dict[str
         "hardening_capped": int(dataset["hardening_capped"].max()),
         "hardening_floored": int(dataset["hardening_floored"].max()),
         "volume_bounded": int(dataset["volume_bounded"].max()),
+        "ended_inside": int(dataset["ended_inside"].sum()),
         "substeps": int(dataset["substeps"].sum()),
         "seconds": float(dataset.attrs.get("wall_seconds", np.nan)),
+        "seconds_per_frame": float(dataset.attrs.get("seconds_per_frame", np.nan)),
     }
 
 
-def tidy(datasets: list[xr.Dataset], analysis: Analysis | None = None) -> pd.DataFrame:
-    """One row a run, sintered runs first, then by pressure and seed."""
-    table = pd.DataFrame([summarise(dataset, analysis) for dataset in datasets])
-    if table.empty:
-        return table
-    arm = table["sintering"].map(lambda name: {"paper": 0, "none": 2}.get(name, 1))
-    ordered = table.assign(arm=arm).sort_values(["arm", "sintering", "pressure", "seed"])
-    return ordered.drop(columns="arm").reset_index(drop=True)
+def row_of(config: Config) -> dict[str, float | int | str | bool]:
+    """The summary row of a finished run, kept beside its result as long as the analysis stays the same."""
+    key = _key(config.analysis)
+    row = runs.summary(config, key)
+    if row is None:
+        with runs.open_run(runs.result_path(config)) as dataset:
+            row = summarise(dataset, config.analysis)
+        with suppress(StoreError):  # a store that cannot be written to can still be read
+            runs.save_summary(config, key, row)
+    return row
+
+
+def of_runs(configs: Sequence[Config]) -> pd.DataFrame:
+    """One row a finished run: scene by scene as they come, sintered runs first, then by pressure and seed."""
+    scenes = list(dict.fromkeys((c.shape.name, c.floor.name) for c in configs))
+
+    def place(c: Config) -> tuple:
+        scene = scenes.index((c.shape.name, c.floor.name))
+        return scene, not c.sintering.enabled, c.sintering.name, c.pressure, c.seed
+
+    return pd.DataFrame([row_of(config) for config in sorted(configs, key=place)])
+
+
+def _key(analysis: Analysis) -> str:
+    """What a row depends on beside the run: the settings, and the code that makes it."""
+    digest = hashlib.sha256(analysis.model_dump_json().encode())
+    for name in ("bonds.py", "fragments.py", "summary.py"):
+        digest.update((Path(__file__).parent / name).read_bytes())
+    return digest.hexdigest()[:16]
 
 
 def _stored_frame(dataset: xr.Dataset, frame: int) -> int:

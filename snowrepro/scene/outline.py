@@ -1,7 +1,8 @@
 """Geometry of closed outlines: area, centroid, extent, signed distance and outward normal.
 
 An outline is a loop of straight edges and circular arcs.  An arc is an edge with a bulge, the tangent
-of a quarter of its angle, as in the DXF format: positive turns left, 1 is a half circle, 0 is straight.
+of a quarter of its angle, as in the DXF format: 1 is a half circle, 0 is straight, and a positive one
+turns left, so that it lies on the right of its chord.
 Distances are negative inside.  No bit depends on which corner comes first or on the direction in
 which the corners run.
 """

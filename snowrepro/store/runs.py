@@ -58,12 +58,14 @@ def open_run(id_or_path: str | Path, store: str | Path = "runs") -> xr.Dataset:
     raise StoreError(f"there is no run '{id_or_path}': neither a file nor an id in the folder '{store}'")
 
 
-def save(dataset: xr.Dataset, config: Config, seconds: float) -> Path:
-    """Write a run's result, whole or not at all, and forget an earlier failure."""
+def save(dataset: xr.Dataset, config: Config, **seconds: float) -> Path:
+    """Write a run's result, whole or not at all, and forget an earlier failure.
+
+    ``seconds``: what it took, by name, kept as attributes.
+    """
     path = result_path(config)
-    dataset = dataset.assign_attrs(
-        run_id=identify(config), seed=config.seed, wall_seconds=round(seconds, 3), **provenance()
-    )
+    rounded = {name: float(f"{value:.4g}") for name, value in seconds.items()}
+    dataset = dataset.assign_attrs(run_id=identify(config), seed=config.seed, **rounded, **provenance())
     packed = {"zlib": True, "complevel": 1, "shuffle": True}
     encoding = {name: packed for name in dataset.data_vars if "snapshot" in dataset[name].dims}
     with _published(path) as partial:
@@ -84,6 +86,21 @@ def save_failure(config: Config, message: str) -> None:
 def failure(config: Config) -> str | None:
     """Why the last attempt at a run failed; None if it did not."""
     return _read_json(run_dir(config) / "failed.json").get("message")
+
+
+def save_summary(config: Config, key: str, row: dict) -> None:
+    """Keep a run's summary row beside its result, under the key of the analysis that made it."""
+    with _published(run_dir(config) / "summary.json", durable=False) as partial:
+        partial.write_text(json.dumps({"key": key, "row": row}))
+
+
+def summary(config: Config, key: str) -> dict | None:
+    """The summary row that was kept under ``key`` for this result; None if there is none."""
+    kept = run_dir(config) / "summary.json"
+    if not kept.exists() or kept.stat().st_mtime_ns < result_path(config).stat().st_mtime_ns:
+        return None
+    read = _read_json(kept)
+    return read.get("row") if read.get("key") == key else None
 
 
 def save_progress(config: Config, frame: int, frames: int, substeps: int) -> None:

@@ -8,7 +8,8 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import OverrideParseException
 from hydra.types import RunMode
 
-from ..config import Config, compose, compose_raw
+from ..composition import compose, compose_raw
+from ..config import Config
 from ..errors import ConfigError
 
 
@@ -19,6 +20,12 @@ class Plan:
     configs: tuple[Config, ...]
     is_sweep: bool
     overrides: tuple[str, ...]
+
+    @property
+    def needs_runs(self) -> bool:
+        """Whether anything is to be simulated."""
+        experiment = self.configs[0].experiment
+        return experiment is None or experiment.needs_runs
 
 
 def make_plan(overrides: Sequence[str], multirun: bool) -> Plan:

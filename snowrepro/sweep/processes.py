@@ -42,9 +42,12 @@ def usable_cores() -> int:
 
 
 def run_jobs(jobs: Sequence[Job], workers: int, watch: Callable[[Sequence[Job]], None]) -> None:
-    """Run all jobs; ``watch`` is called several times a second.  A job's ``result`` is what its call returned."""
+    """Run all jobs that wait; ``watch`` is called several times a second.
+
+    A job's ``result`` is then what its call returned, or the exception that ended it.
+    """
     context = multiprocessing.get_context("spawn")
-    waiting = list(jobs)
+    waiting = [job for job in jobs if job.state == "waiting"]
     running: list[tuple[Job, BaseProcess, Path]] = []
     with tempfile.TemporaryDirectory() as scratch:
         try:

@@ -13,6 +13,7 @@ from .processes import Job
 
 REDRAW_SECONDS = 0.5
 LINE_SECONDS = 20.0
+MOST_ROWS = 20
 
 
 class SweepTable:
@@ -42,7 +43,8 @@ class SweepTable:
                 self.live.update(render(jobs, now), refresh=True)
             return
         for index, job in enumerate(jobs):
-            if job.state in ("done", "failed") and index not in self.told:
+            ended_now = job.state in ("done", "failed") and job.seconds > 0  # not done before
+            if ended_now and index not in self.told:
                 self.told.add(index)
                 self._line(jobs, now, f"{job.label}: {job.state} in {job.seconds:.0f} s")
         if now - self.last > LINE_SECONDS:
@@ -52,17 +54,20 @@ class SweepTable:
         self.last = now
         ended = sum(job.state in ("done", "failed") for job in jobs)
         left = time_left(jobs, now)
-        ending = f", about {_clock(left)} left" if left else ""
+        ending = f", about {clock(left)} left" if left else ""
         self.console.print(f"[{ended}/{len(jobs)}] {text}{ending}", markup=False, highlight=False, soft_wrap=True)
 
 
 def render(jobs: Sequence[Job], now: float) -> Table:
-    """The table of all jobs."""
+    """The table of all jobs, or of those that run or have failed where all would not fit a screen."""
     left = time_left(jobs, now)
-    table = Table(caption=f"about {_clock(left)} left" if left else None)
+    ended = sum(job.state in ("done", "failed") for job in jobs)
+    ending = f", about {clock(left)} left" if left else ""
+    table = Table(caption=f"{ended} of {len(jobs)} ended{ending}")
     for column in ("run", "state", "frame", "substeps", "time"):
         table.add_column(column, justify="left" if column in ("run", "state") else "right")
-    for job in jobs:
+    shown = jobs if len(jobs) <= MOST_ROWS else [job for job in jobs if job.state in ("running", "failed")]
+    for job in shown[-MOST_ROWS:]:
         frame, substeps = "", ""
         seconds = job.seconds
         if job.state == "running":
@@ -70,7 +75,7 @@ def render(jobs: Sequence[Job], now: float) -> Table:
             said = runs.progress(job.folder) if job.folder else {}
             if said:
                 frame, substeps = f"{said['frame']}/{said['frames']}", str(said["substeps"])
-        table.add_row(job.label, job.state, frame, substeps, _clock(seconds) if seconds else "")
+        table.add_row(job.label, job.state, frame, substeps, clock(seconds) if seconds else "")
     return table
 
 
@@ -94,5 +99,6 @@ def time_left(jobs: Sequence[Job], now: float) -> float | None:
     return total / max(running, 1)
 
 
-def _clock(seconds: float) -> str:
+def clock(seconds: float) -> str:
+    """Minutes and seconds."""
     return f"{int(seconds) // 60}:{int(seconds) % 60:02d}"

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from snowrepro.analysis.fragments import Fragments, classify, classify_frames
-from snowrepro.config import compose
+from snowrepro.composition import compose
 from snowrepro.scene.build import sample
 
 FIDELITIES = ("preview", "paper")

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -13,6 +14,8 @@ import pytest
 import xarray as xr
 
 from tests.conftest import SMALL
+
+ROOT = Path(__file__).parents[2]
 
 
 def results(folder: Path) -> list[Path]:
@@ -85,12 +88,18 @@ def test_two_processes_give_the_same_bits(tmp_path):
 
 
 def test_a_sweep_skips_what_is_done(snowrepro, tmp_path):
-    """-m runs the product; the second call has nothing to do; each run has its own file."""
+    """-m runs what is not done of the product; the second call has nothing to do; each run has its own file."""
+    snowrepro("run", "pressure=500", *SMALL)
+    (early,) = results(tmp_path)
+    stamp = early.stat().st_mtime_ns
     sweep = ["run", "-m", "pressure=500,3000", "sintering=paper,none", *SMALL]
     first = snowrepro(*sweep)
     assert first.returncode == 0, first.stderr
     assert len(results(tmp_path)) == 4
-    assert "4 runs, 0 of them done" in first.stderr
+    assert early.stat().st_mtime_ns == stamp
+    assert "4 runs, 1 of them done" in first.stderr
+    assert first.stderr.count(": done in") == 3
+    assert re.search(r"wall time 0:\d\d for 3 runs; 0\.00\d core-hours in all", first.stderr)
     assert first.stdout.count("mass in lumps") == 4
     stamps = [path.stat().st_mtime_ns for path in results(tmp_path)]
     second = snowrepro(*sweep)
@@ -109,7 +118,7 @@ def test_one_diverged_run_does_not_stop_the_others(snowrepro, tmp_path):
     assert "1 of 2 runs have no result" in done.stderr
     assert "Traceback" not in done.stderr
     page = (tmp_path / "reports" / "fig5-preview" / "index.md").read_text()
-    assert "**missing**: 1e+09, none, seed 0: diverged in frame" in page
+    assert "**missing**: ball on L, 1e+09, none, seed 0: diverged in frame" in page
     assert "REPRODUCED" not in page.split("C1")[1].split("|")[3]
 
 
@@ -153,16 +162,17 @@ def test_kill_9_stores_nothing_and_the_next_call_mends_it(snowrepro, tmp_path):
     assert not list(tmp_path.glob("runs/*/progress.json"))
 
 
-def test_own_options_in_the_working_directory(snowrepro, tmp_path):
-    """A shape in ./conf/shape is an option like the others, in one run, in a sweep, and in the list of names."""
-    (tmp_path / "conf" / "shape").mkdir(parents=True)
-    (tmp_path / "conf" / "shape" / "house.yaml").write_text(
-        "name: house\noutline:\n  kind: polygon\n  points: [[0, 0], [30, 0], [30, 25], [15, 40], [0, 25]]\n"
-    )
-    assert snowrepro("run", "shape=house", *SMALL).returncode == 0
-    assert snowrepro("run", "-m", "shape=house,ball", "pressure=500", *SMALL).returncode == 0
-    assert sorted(path.parent.name.split("-")[0] for path in results(tmp_path)) == ["ball", "house", "house"]
-    assert "there are: ball, house, rectangle, star, triangle" in snowrepro("run", "shape=horse").stderr
+def test_own_options_as_the_readme_shows(snowrepro, tmp_path):
+    """Its floor of points and snow of an SVG path, in one run, in a sweep, and in the list of names."""
+    blocks = re.findall(r"```yaml\n# (conf/\S+)\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    assert [name for name, _ in blocks] == ["conf/floor/gutter.yaml", "conf/shape/drop.yaml"]
+    for name, text in blocks:
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+    assert snowrepro("run", "shape=drop", "floor=gutter", *SMALL).returncode == 0
+    assert snowrepro("run", "-m", "shape=drop,ball", "floor=gutter", "pressure=500", *SMALL).returncode == 0
+    assert sorted(path.parent.name.split("-")[0] for path in results(tmp_path)) == ["ball", "drop", "drop"]
+    assert "there are: ball, drop, rectangle, star, triangle" in snowrepro("run", "shape=horse").stderr
 
 
 def test_help_names_the_exit_codes(snowrepro):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from snowrepro.config import compose
+from snowrepro.composition import compose
 from snowrepro.simulation import simulate
 from tests.conftest import SMALL
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import taichi as ti
 
-from snowrepro.config import compose
+from snowrepro.composition import compose
 from snowrepro.errors import Diverged
 from snowrepro.mpm import solver, steps, transfer
 from snowrepro.mpm.laws import Laws, laws_of

@@ -6,10 +6,12 @@ import pytest
 from matplotlib.image import imread
 
 from snowrepro.analysis.fragments import Fragments
-from snowrepro.config import compose
-from snowrepro.report.figures import POWDER, fragment_colours
+from snowrepro.composition import compose
+from snowrepro.config import Experiment
+from snowrepro.report.drawing import POWDER, fragment_colours
 from snowrepro.report.page import write_report
 from snowrepro.store import runs
+from snowrepro.sweep.plan import make_plan
 from tests.conftest import SMALL
 
 
@@ -23,7 +25,7 @@ def stored(small_run, small_config, tmp_path):
         "experiment.frames=[0,20,60]",
     ]
     configs = [compose([*SMALL, *folders, f"sintering={arm}", "pressure=3000"]) for arm in ("paper", "none")]
-    runs.save(small_run, configs[0], 2.0)
+    runs.save(small_run, configs[0], wall_seconds=2.0, seconds_per_frame=0.01)
     return configs
 
 
@@ -34,7 +36,7 @@ def test_report_shows_runs_and_what_is_missing(stored):
     assert page.index("**Verdict.**") < page.index("strip.png")
     assert "| C4 |" in page
     assert "NOT RUN" in page.split("| C4 |")[1].splitlines()[0]
-    assert "**missing**: 3000, none, seed 0: not run" in page
+    assert "**missing**: ball on L, 3000, none, seed 0: not run" in page
     assert "snowrepro run experiment=fig5" in page
     assert len(pd.read_csv(report.folder / "summary.csv")) == 1
     for name in ("strip.png", "fragments.png"):
@@ -61,3 +63,74 @@ def test_lumps_keep_the_colour_of_their_ancestor():
     assert set(broken[:5]) == {whole[0]}
     assert broken[5] not in (whole[0], POWDER)
     assert broken[8] == POWDER
+
+
+@pytest.mark.parametrize(
+    ("experiment", "picture", "told"),
+    [
+        ("fig2", "shapes.png", "star 22,076"),
+        ("fig3", "floors.png", "stair1, stair2, stair3"),
+        ("table1", "table1.csv", "12 of 13 parameters"),
+    ],
+)
+def test_scenes_and_parameters_need_no_runs(tmp_path, experiment, picture, told):
+    """Figures 2 and 3 and Table 1 come from the configuration alone, and the store is not touched."""
+    plan = make_plan([f"experiment={experiment}", f"store={tmp_path}/runs", f"reports={tmp_path}/reports"], False)
+    report = write_report(plan.configs, plan.overrides)
+    assert told in report.verdict
+    assert {p.name for p in report.folder.iterdir()} == {"index.md", picture}
+    assert not (tmp_path / "runs").exists()
+
+
+def test_the_parameters_are_compared_with_what_is_used(tmp_path):
+    """A value that is not the paper's is marked; in SI the particle's mass is the paper's."""
+    plan = make_plan(["experiment=table1", "material.E=1e5", "reading=si", f"reports={tmp_path}"], False)
+    table = pd.read_csv(write_report(plan.configs, []).folder / "table1.csv").set_index("parameter")
+    assert list(table.index[table["same"] != "yes"]) == ["E_0"]
+    assert table.loc["E_0", "used"] == 1e5
+
+
+def test_the_setting_shows_force_and_gravity(stored, small_config):
+    """Figure 4: red arrows around the pressed snow on the left, a blue one on the right."""
+    setting = {"name": "fig4", "title": "setting", "picture": "setting", "frames": (8, 40)}
+    config = stored[0].model_copy(update={"experiment": Experiment(**setting)})
+    report = write_report([config], [])
+    pixels = imread(report.folder / "setting.png")[..., :3]
+    left, right = np.array_split(pixels, 2, axis=1)
+    red, blue = np.array([0xD6, 0x27, 0x28]) / 255, np.array([0x1F, 0x4F, 0xD8]) / 255
+
+    def count(part, colour):
+        return int((np.abs(part - colour).max(axis=-1) < 0.05).sum())
+
+    assert count(left, red) > 100 and count(left, blue) == 0
+    assert count(right, blue) > 30 and count(right, red) == 0
+
+
+def test_timings_stand_beside_the_papers(stored):
+    """Table 2: particles, seconds and substeps of the run, and what is missing."""
+    timings = Experiment(name="table2", title="timings", picture="timings")
+    star = compose([*SMALL, "scene=star_on_square", f"store={stored[0].store}"])
+    configs = [config.model_copy(update={"experiment": timings}) for config in (stored[0], star)]
+    report = write_report([configs[0].model_copy(update={"reports": stored[0].reports}), configs[1]], [])
+    ball, star_row = pd.read_csv(report.folder / "table2.csv", dtype=str).to_dict("records")
+    assert ball["particles (paper)"] == "8,151" and ball["s/frame (paper)"] == "0.25"
+    assert ball["particles"] == "2,038"
+    assert float(ball["s/frame"]) == 0.01
+    assert float(ball["substeps"]) > 1
+    assert star_row["particles"] == "missing" and star_row["s/frame (paper)"] == "0.51"
+
+
+def test_the_grid_counts_claims_over_scenes(stored):
+    """A scene with one run, one without: sheets and curves are drawn, and no claim is counted that was not tested."""
+    grid = Experiment(name="grid", title="grid", picture="grid", calibrated_on=("ball", "L"))
+    other = compose([*SMALL, "floor=square", "pressure=3000", f"store={stored[0].store}"])
+    configs = [config.model_copy(update={"experiment": grid}) for config in (*stored, other)]
+    report = write_report([configs[0].model_copy(update={"reports": stored[0].reports}), *configs[1:]], [])
+    page = (report.folder / "index.md").read_text()
+    assert "C1 in 0 of 0" in report.verdict
+    assert {p.name for p in report.folder.iterdir()} == {
+        "index.md", "summary.csv", "curves.png", "sintered-3000.png", "unsintered-3000.png"
+    }  # fmt: skip
+    assert "**missing**: ball on square, 3000, paper, seed 0" in page
+    assert "missing" in page.split("| ball | square |")[1].splitlines()[0]
+    assert "core-hours" in page

@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from snowrepro.config import compose
+from snowrepro.composition import compose
 from snowrepro.errors import ConfigError
 from snowrepro.scene import outline as geometry
 from snowrepro.scene.build import build_scene, floor_and_walls, sample
@@ -64,6 +66,30 @@ def test_snow_falls_the_same_height_to_every_floor(shape, floor):
     sunk = positions - [0, config.reading.drop_height]
     gap = geometry.signed_distance(config.floor.outline, sunk)[0].min()
     assert -0.2 < gap < 1.0
+
+
+@given(st.permutations(range(4)))
+def test_order_of_walls_changes_no_bit(order):
+    """Distance and normal near several walls, corners and bisectors included."""
+    axis = np.linspace(0, 4, 17)
+    points = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
+    slope = np.array([0.6, 0.8])
+    walls = [
+        (points[:, 0] - 0.5, [1.0, 0.0]),
+        (points[:, 1] - 0.5, [0.0, 1.0]),
+        (3.1 - points[:, 0], [-1.0, 0.0]),
+        (points @ slope - 1.0, slope),
+    ]
+
+    def nearest(sequence):
+        (distance, normal), *others = [walls[i] for i in sequence]
+        normal = np.broadcast_to(normal, points.shape)
+        for other, other_normal in others:
+            distance, normal = geometry.nearer(distance, normal, other, np.broadcast_to(other_normal, points.shape))
+        return distance, geometry.unit(normal)
+
+    for one, other in zip(nearest(range(4)), nearest(order), strict=True):
+        np.testing.assert_array_equal(one, other)
 
 
 def test_floor_and_walls_are_one_distance():

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from snowrepro import open_run, summarise
-from snowrepro.config import compose
+from snowrepro.composition import compose
 from snowrepro.errors import StoreError
 from snowrepro.store import runs
 
@@ -37,7 +37,7 @@ def test_experiments_share_runs():
 def test_what_is_saved_is_what_is_opened(small_run, small_config, tmp_path):
     """Every variable with its unit, by id, folder and file; the row of numbers is the same."""
     config = small_config.model_copy(update={"store": str(tmp_path)})
-    path = runs.save(small_run, config, 1.5)
+    path = runs.save(small_run, config, wall_seconds=1.5)
     assert [p.name for p in path.parent.iterdir()] == ["run.nc"]
     assert runs.is_done(config)
     for name in (runs.identify(config), path.parent, path):
@@ -61,7 +61,7 @@ def test_units_follow_the_reading(small_run):
 def test_a_broken_file_is_not_done(small_run, small_config, tmp_path):
     """A truncated result is no result, and opening it says so."""
     config = small_config.model_copy(update={"store": str(tmp_path)})
-    path = runs.save(small_run, config, 1.0)
+    path = runs.save(small_run, config, wall_seconds=1.0)
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
     assert not runs.is_done(config)
     with pytest.raises(StoreError, match="cannot be read"):
@@ -71,7 +71,7 @@ def test_a_broken_file_is_not_done(small_run, small_config, tmp_path):
 def test_another_runs_file_is_not_done(small_run, small_config, tmp_path):
     """A result in the wrong folder does not count."""
     here = small_config.model_copy(update={"store": str(tmp_path)})
-    path = runs.save(small_run, here, 1.0)
+    path = runs.save(small_run, here, wall_seconds=1.0)
     other = here.model_copy(update={"seed": 5})
     runs.run_dir(other).mkdir()
     path.rename(runs.result_path(other))
@@ -88,7 +88,7 @@ def test_a_failing_write_leaves_nothing(small_run, small_config, tmp_path, monke
     monkeypatch.setattr(xr.Dataset, "to_netcdf", half_a_file)
     config = small_config.model_copy(update={"store": str(tmp_path)})
     with pytest.raises(StoreError, match="cannot write"):
-        runs.save(small_run, config, 1.0)
+        runs.save(small_run, config, wall_seconds=1.0)
     assert list(runs.run_dir(config).iterdir()) == []
     assert not runs.is_done(config)
 

@@ -11,6 +11,7 @@ import pytest
 from snowrepro.errors import ConfigError
 from snowrepro.sweep.plan import make_plan
 from snowrepro.sweep.processes import Job, run_jobs
+from snowrepro.sweep.table import render
 
 
 def test_one_run():
@@ -53,10 +54,13 @@ def test_an_experiment_names_its_runs_and_the_command_line_wins():
         (["pressure=.nan"], "pressure"),
         (["pressure=1,2"], "add -m"),
         (["shape=[ball"], "cannot read"),
-        (["experiment=fig5", "experiment.picture=film"], "experiment.picture: should be 'strip' or 'calibration'"),
+        (["experiment=fig5", "experiment.picture=film"], "experiment.picture: should be 'strip', 'calibration'"),
         (["experiment=fig5", "experiment.frames=[]"], "a strip needs frames"),
         (["experiment=fig5", "experiment.frames=[0,262]"], r"experiment.frames .262. are not stored"),
-        (["experiment=fig7"], "there is no experiment 'fig7'; there are: calibration, fig5"),
+        (
+            ["experiment=fig7"],
+            "there is no experiment 'fig7'; there are: calibration, fig2, fig3, fig4, fig5, fig6, grid, table1, table2",
+        ),
     ],
 )
 def test_wrong_input_is_refused_with_a_reason(overrides, message):
@@ -100,3 +104,22 @@ def test_an_interrupt_ends_the_running_jobs():
     with pytest.raises(KeyboardInterrupt):
         run_jobs(jobs, workers=2, watch=interrupt)
     assert time.monotonic() - started < 20
+
+
+def test_the_table_of_many_jobs_shows_what_matters():
+    """Twenty rows show all; of more, those that run or have failed, and the counts."""
+    jobs = [Job(f"job {i}", b"", state="done", seconds=2.0) for i in range(100)]
+    jobs[5].state = "failed"
+    jobs[50] = Job("job 50", b"", state="running", started=0.0)
+    table = render(jobs, now=3.0)
+    assert list(table.columns[0].cells) == ["job 5", "job 50"]
+    assert table.caption.startswith("99 of 100 ended, about 0:0")
+    assert render(jobs[:20], now=3.0).row_count == 20
+
+
+def test_jobs_that_are_done_are_not_run_again():
+    """They keep their result, and no process is started for them."""
+    jobs = [Job("old", b"no pickle", state="done", result="kept"), *_jobs(os.getpid)]
+    run_jobs(jobs, workers=2, watch=lambda _: None)
+    assert jobs[0].result == "kept"
+    assert jobs[1].state == "done"

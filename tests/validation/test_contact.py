@@ -5,7 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from snowrepro.config import Config, compose
+from snowrepro.composition import compose
+from snowrepro.config import Config
 from snowrepro.mpm import solver, steps
 from snowrepro.mpm.laws import laws_of
 from snowrepro.scene.build import Scene, build_scene, floor_and_walls

@@ -1,0 +1,105 @@
+"""From Hydra overrides to a validated ``Config``; errors say what is wrong and which names there are.
+
+Beside the launcher, only this module and the sweep's plan know Hydra's types.
+"""
+
+import difflib
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from hydra import compose as hydra_compose
+from hydra import initialize_config_dir
+from hydra.core.global_hydra import GlobalHydra
+from hydra.errors import HydraException
+from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+from pydantic import BaseModel, ValidationError
+
+from .config import Config, Outline, Traced
+from .errors import ConfigError
+
+_PACKAGE = Path(__file__).resolve().parent
+# An installed wheel carries conf/ inside the package; a clone has it beside.
+CONF_DIR = _PACKAGE / "conf" if (_PACKAGE / "conf").is_dir() else _PACKAGE.parent / "conf"
+
+
+def compose(overrides: Sequence[str] = ()) -> Config:
+    """Compose and validate one run.
+
+    ``overrides`` are Hydra's, for example ``["shape=ball", "pressure=500", "sintering=none"]``.
+    Raises ConfigError with the reason, and the right names where a name was wrong.
+    """
+    return validate(compose_raw(overrides))
+
+
+def compose_raw(overrides: Sequence[str], hydra_node: bool = False) -> DictConfig:
+    """Hydra's own composition; with ``hydra_node`` its settings (sweeper, launcher) come along."""
+    GlobalHydra.instance().clear()
+    try:
+        with initialize_config_dir(version_base="1.3", config_dir=str(CONF_DIR)):
+            return hydra_compose("config", [*overrides, *own_options()], return_hydra_config=hydra_node)
+    except (HydraException, OmegaConfBaseException) as error:
+        raise ConfigError(_one_message(error)) from error
+
+
+def own_options() -> list[str]:
+    """Hydra's override that adds the user's options: those of a folder ``conf`` in the working directory."""
+    own = Path("conf").resolve()
+    return [f"hydra.searchpath=[file://{own}]"] if own.is_dir() and own != CONF_DIR else []
+
+
+def validate(raw: DictConfig) -> Config:
+    """Turn Hydra's config into a ``Config``.  Raises ConfigError naming each wrong key and its bounds."""
+    try:
+        plain = OmegaConf.to_container(OmegaConf.masked_copy(raw, [k for k in raw if k != "hydra"]), resolve=True)
+        return Config.model_validate(plain)
+    except OmegaConfBaseException as error:
+        raise ConfigError(_one_message(error)) from error
+    except ValidationError as error:
+        raise ConfigError("; ".join(_explain(item) for item in error.errors())) from error
+
+
+def _explain(item: dict[str, Any]) -> str:
+    """One pydantic error as 'key: what is wrong (got value)'."""
+    where = ".".join(str(part) for part in item["loc"]) or "config"
+    if item["type"] == "extra_forbidden":
+        return _no_such_key(where)
+    message = re.sub(r"^Value error, |^Input ", "", item["msg"])
+    shown = "" if isinstance(item["input"], dict) else f" (got {item['input']!r})"
+    return f"{where}: {message}{shown}"
+
+
+def _one_message(error: Exception) -> str:
+    """Hydra's message on one line, with the right names when a key was wrong."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    text = " ".join(lines)
+    choice = re.search(
+        r"Could not find '([^/']+)/([^']*)' Available options in '[^']+': (.*?)( Config search path|$)", text
+    )
+    if choice:
+        return f"there is no {choice[1]} '{choice[2]}'; there are: {', '.join(choice[3].split())}"
+    unknown = re.search(r"Could not override '([^']+)'", text) or re.search(r"Key '(\w+)' is not in struct", text)
+    if unknown:
+        return _no_such_key(unknown[1].lstrip("+"))
+    return text
+
+
+def _no_such_key(key: str) -> str:
+    """Say that a key does not exist, which is near to it, and which there are."""
+    section: type[BaseModel] = Config
+    *parents, last = key.split(".")
+    for parent in parents:
+        field = section.model_fields.get(parent)
+        if field is None or not isinstance(field.annotation, type) or not issubclass(field.annotation, BaseModel):
+            last = parent
+            break
+        section = field.annotation
+    drawn = Traced.model_fields if section is Outline else {}
+    names = sorted({*section.model_fields, *drawn})
+    if last in names:
+        return f"'{key}' is not set by the options chosen; to set it, write +{key}=..."
+    near = difflib.get_close_matches(last, names, n=1)
+    hint = f"; did you mean '{near[0]}'?" if near else "."
+    return f"there is no setting '{key}'{hint} There are: {', '.join(names)}"

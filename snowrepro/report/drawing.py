@@ -1,0 +1,81 @@
+"""What all pictures share: colours, one panel of a scene, particles, fragments."""
+
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+
+from ..analysis.fragments import Fragments
+from ..config import Config
+from ..scene.build import domain
+from ..scene.outline import polyline
+
+matplotlib.use("Agg")
+
+# The paper's solver draws in these colours (legacy Taichi).
+SKY, FLOOR, SNOW = "#668e93", "#307a78", "#f0f0ff"
+LUMPS = ("#E69F00", "#56B4E9", "#F0E442", "#D55E00", "#CC79A7")  # Okabe-Ito without green and blue
+POWDER = "#c3cacf"
+DPI = 110
+COVER = 1.45  # diameter of a particle [lattice spacings]
+
+
+def crop(config: Config) -> tuple[float, float]:
+    """Width and height of what a panel shows [length units]."""
+    width, height = domain(config)
+    return width * config.reading.cell, height * config.reading.cell
+
+
+def fragment_colours(now: Fragments, before: list[str] | None) -> list[str]:
+    """A colour for each particle: a lump keeps that of its largest ancestor, powder is grey.
+
+    ``before``: the colours of the column before, None in the first.
+    """
+    colours = np.full(len(now.label), POWDER, dtype=object)
+    taken: set[str] = set()
+    for lump in np.flatnonzero(now.is_lump):  # heaviest first, so the largest heir keeps the colour
+        members = now.label == lump
+        inherited = _commonest(np.asarray(before)[members]) if before is not None else POWDER
+        free = [colour for colour in LUMPS if colour not in taken]
+        if inherited == POWDER or inherited in taken:
+            inherited = free[0] if free else LUMPS[lump % len(LUMPS)]
+        taken.add(inherited)
+        colours[members] = inherited
+    return list(colours)
+
+
+def _commonest(values: np.ndarray) -> str:
+    found, counts = np.unique(values, return_counts=True)
+    return str(found[np.argmax(counts)])
+
+
+def draw_stage(ax: Axes, config: Config) -> None:
+    """Background, floor and limits of one panel."""
+    width, height = crop(config)
+    ax.set(xlim=(0, width), ylim=(0, height), xticks=[], yticks=[], aspect="equal")
+    ax.set_facecolor(SKY)
+    ax.add_patch(Polygon(polyline(config.floor.outline) * config.reading.cell, closed=True, color=FLOOR, lw=0))
+    for spine in ax.spines.values():
+        spine.set_visible(False)
+
+
+def draw_snow(
+    ax: Axes, config: Config, places: np.ndarray, points_per_unit: float, colour: str | list[str] = SNOW
+) -> None:
+    """Particles at ``places`` (n, 2) as discs that just cover the snow as it was at the start."""
+    diameter = config.dx / np.sqrt(config.fidelity.particles_per_cell) * COVER
+    ax.scatter(*places.T, s=(diameter * points_per_unit) ** 2, c=colour, linewidths=0, rasterized=True)
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a picture whose bytes depend on nothing but what is drawn."""
+    figure.savefig(path, dpi=DPI, metadata={"Software": None})
+
+
+def column_title(frame: int, config: Config) -> str:
+    seconds = frame * config.loading.frame_time
+    note = {0: ", start", config.loading.press_frames: ", release"}.get(frame, "")
+    return f"frame {frame}{note}\n{seconds:.1f} s"
