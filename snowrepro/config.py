@@ -251,6 +251,7 @@ class Config(Section):
     seed: int = Field(ge=0, le=2**31 - 1)
     output: Output
     analysis: Analysis
+    checkpoint_seconds: float = Field(ge=0, description="wall time between two checkpoints of a run [s]")
     store: str = Field(min_length=1, description="folder that keeps the runs")
     reports: str = Field(min_length=1, description="folder that reports are written to")
     experiment: Experiment | None = None

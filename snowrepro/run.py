@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-import xarray as xr
+import numpy as np
 from omegaconf import DictConfig
 
 from .analysis.summary import row_of
@@ -19,11 +19,13 @@ from .store import runs
 
 log = logging.getLogger("snowrepro")
 PROGRESS_SECONDS = 0.5
+MOST_KEEPING = 20.0  # a checkpoint waits this many times what the last one took to write
 
 
 def run(config: Config, on_progress: Callable[[Progress], None] | None = None) -> Path:
     """Make sure that the run's result is in the store, and return its path.
 
+    A run that was stopped goes on from its last checkpoint, to the same bits as if it had not been.
     Raises the errors of ``simulate``, recorded in the run's folder, and StoreError.
     """
     path = runs.result_path(config)
@@ -31,14 +33,13 @@ def run(config: Config, on_progress: Callable[[Progress], None] | None = None) -
         return path
     runs.require_writable(runs.run_dir(config))
     with _log_to(runs.run_dir(config) / "run.log"):
-        clock: list[float] = []  # when each frame was there
-        started = time.perf_counter()
-        log.info("run %s", runs.identify(config))
+        resume = runs.checkpoint(config)
+        start = f", goes on from frame {int(resume['frame'])}" if resume else ""
+        log.info("run %s%s", runs.identify(config), start)
+        watch = Watch(config, on_progress, float(resume["seconds"]) if resume else 0.0)
         try:
-            dataset = simulate(config, _announce(config, clock, on_progress))
-            seconds = time.perf_counter() - started
-            per_frame = (clock[-1] - clock[1]) / max(len(clock) - 2, 1)  # frame 1 compiles
-            path = runs.save(dataset, config, wall_seconds=seconds, seconds_per_frame=per_frame)
+            dataset = simulate(config, watch, resume)
+            path = runs.save(dataset, config, wall_seconds=watch.seconds(), seconds_per_frame=watch.per_frame())
         except SnowreproError as error:
             log.error("%s", error)
             with suppress(StoreError):  # a full disk must not hide the first error
@@ -46,15 +47,13 @@ def run(config: Config, on_progress: Callable[[Progress], None] | None = None) -
             raise
         finally:
             runs.forget_progress(config)
+        runs.forget_checkpoint(config)
         for line in diagnostics.bounded(dataset):
             log.info("%s", line)
-        log.info("%s particles, %s substeps, %.1f s", *_counts(dataset), seconds)
+        particles, substeps = dataset.sizes["particle"], int(dataset["substeps"].sum())
+        log.info("%s particles, %s substeps, %.1f s", f"{particles:,}", f"{substeps:,}", watch.seconds())
     row_of(config)
     return path
-
-
-def _counts(dataset: xr.Dataset) -> tuple[str, str]:
-    return f"{dataset.sizes['particle']:,}", f"{int(dataset['substeps'].sum()):,}"
 
 
 def run_raw(raw: DictConfig) -> str:
@@ -62,22 +61,37 @@ def run_raw(raw: DictConfig) -> str:
     return str(run(validate(raw)))
 
 
-def _announce(
-    config: Config, clock: list[float], on_progress: Callable[[Progress], None] | None
-) -> Callable[[Progress], None]:
-    """A frame callback that notes the time and says how far the run is, at most every PROGRESS_SECONDS."""
-    last = 0.0
+class Watch:
+    """Called after each frame: takes the time, says how far the run is, and keeps checkpoints."""
 
-    def on_frame(progress: Progress) -> None:
-        nonlocal last
-        clock.append(time.perf_counter())
-        if on_progress:
-            on_progress(progress)
-        if time.monotonic() - last > PROGRESS_SECONDS:
-            last = time.monotonic()
-            runs.save_progress(config, progress.frame, progress.frames, progress.substeps)
+    def __init__(self, config: Config, on_progress: Callable[[Progress], None] | None, spent: float):
+        self.config, self.on_progress = config, on_progress
+        self.started = time.perf_counter() - spent
+        self.frames: list[float] = []  # when each was there
+        self.told = self.kept = time.perf_counter()
+        self.keeping = 0.0  # how long the last checkpoint took to write
 
-    return on_frame
+    def __call__(self, progress: Progress) -> None:
+        now = time.perf_counter()
+        self.frames.append(now)
+        if self.on_progress:
+            self.on_progress(progress)
+        if now - self.told > PROGRESS_SECONDS:
+            self.told = now
+            runs.save_progress(self.config, progress.frame, progress.frames, progress.substeps)
+        if now - self.kept > max(self.config.checkpoint_seconds, MOST_KEEPING * self.keeping):
+            arrays = progress.checkpoint()
+            runs.save_checkpoint(self.config, {**arrays, "seconds": np.array(self.seconds())})
+            self.kept = time.perf_counter()
+            self.keeping = self.kept - now
+
+    def seconds(self) -> float:
+        """Wall time of the run so far, in all processes that had a part in it."""
+        return time.perf_counter() - self.started
+
+    def per_frame(self) -> float:
+        """Wall time of a frame in this process; the first one compiles and does not count."""
+        return (self.frames[-1] - self.frames[1]) / (len(self.frames) - 2) if len(self.frames) > 2 else float("nan")
 
 
 @contextmanager

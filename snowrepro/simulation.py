@@ -1,7 +1,8 @@
 """Run one configuration and describe its result as a Dataset that explains itself."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 import xarray as xr
@@ -15,49 +16,84 @@ from .scene.build import build_scene
 MODEL_VERSION = 2  # goes up when the same config gives another result
 
 
+@dataclass
+class Record:
+    """What a run has given so far: ``rows`` of diagnostics by frame, the states that are stored, and constants."""
+
+    rows: list[dict[str, float]] = field(default_factory=list)
+    numbers: list[int] = field(default_factory=list)  # of the stored frames
+    stored: dict[str, list[np.ndarray]] = field(
+        default_factory=lambda: {q.name: [] for q in PARTICLE_STATE if q.stored}
+    )
+    constants: dict[str, np.ndarray] = field(default_factory=dict)  # as they were at the start
+
+    def add(self, frame: solver.Frame, config: Config) -> None:
+        """Measure a frame, and keep its particles if they are to be stored."""
+        if frame.number == 0:
+            self.constants = {name: frame.read(name) for name in ("mass", "volume")}
+        self.rows.append(diagnostics.measure(frame, config))
+        if config.is_stored(frame.number):
+            self.numbers.append(frame.number)
+            for name, values in self.stored.items():
+                values.append(frame.read(name).astype(np.float32))
+
+
 @dataclass(frozen=True)
 class Progress:
-    """How far a run is: frames done and in all, substeps of the last frame."""
+    """How far a run is: frames done and in all, substeps of the last frame; and all that it takes to go on."""
 
     frame: int
     frames: int
     substeps: int
+    checkpoint: Callable[[], dict[str, np.ndarray]]
 
 
-def simulate(config: Config, on_frame: Callable[[Progress], None] | None = None) -> xr.Dataset:
+def simulate(
+    config: Config,
+    on_frame: Callable[[Progress], None] | None = None,
+    resume: Mapping[str, np.ndarray] | None = None,
+) -> xr.Dataset:
     """Simulate one run.
 
-    ``on_frame`` is called after each frame.  Returns a Dataset with dimensions ``frame`` (0 to the
-    last, for the diagnostics), ``snapshot`` (the stored frames), ``particle`` and ``axis``.
+    ``on_frame`` is called after each frame; what its ``checkpoint`` gave can be passed as ``resume`` to
+    go on from there, to the same bits.  Returns a Dataset with dimensions ``frame`` (0 to the last, for
+    the diagnostics), ``snapshot`` (the stored frames), ``particle`` and ``axis``.
     Raises ConfigError where the scene does not fit, Diverged where the run stops being one.
     """
     scene = build_scene(config)
     total = config.loading.frames
-    rows: list[dict[str, float]] = []
-    numbers: list[int] = []
-    stored: dict[str, list[np.ndarray]] = {q.name: [] for q in PARTICLE_STATE if q.stored}
-    constants: dict[str, np.ndarray] = {}
-    for frame in solver.frames(config, scene):
-        rows.append(diagnostics.measure(frame, config))
-        if config.is_stored(frame.number):
-            numbers.append(frame.number)
-            for name, values in stored.items():
-                values.append(frame.read(name).astype(np.float32))
-        if frame.number == 0:
-            constants = {name: frame.read(name) for name in ("mass", "volume")}
+    record = _unpack(resume) if resume else Record()
+    for frame in solver.frames(config, scene, resume):
+        record.add(frame, config)
         if on_frame:
-            on_frame(Progress(frame.number, total, frame.substeps))
-    return _describe(config, rows, numbers, stored, constants)
+            on_frame(Progress(frame.number, total, frame.substeps, partial(_pack, record, frame)))
+    return _describe(config, record)
 
 
-def _describe(
-    config: Config,
-    rows: list[dict[str, float]],
-    numbers: list[int],
-    stored: dict[str, list[np.ndarray]],
-    constants: dict[str, np.ndarray],
-) -> xr.Dataset:
+def _pack(record: Record, frame: solver.Frame) -> dict[str, np.ndarray]:
+    """The record and the frame's checkpoint as named arrays."""
+    rows = {f"row {name}": np.array([row[name] for row in record.rows]) for name in diagnostics.MEANING}
+    stored = {f"stored {name}": np.stack(values) for name, values in record.stored.items()}
+    constants = {f"constant {name}": values for name, values in record.constants.items()}
+    return {**frame.checkpoint(), **rows, **stored, **constants, "stored frames": np.array(record.numbers)}
+
+
+def _unpack(saved: Mapping[str, np.ndarray]) -> Record:
+    """The record that ``_pack`` saved."""
+
+    def part(kind: str) -> dict[str, np.ndarray]:
+        return {name.removeprefix(kind): saved[name] for name in saved if name.startswith(kind)}
+
+    columns = {name: values.tolist() for name, values in part("row ").items()}
+    rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+    numbers = saved["stored frames"].tolist()
+    stored = {name: list(values) for name, values in part("stored ").items() if name != "frames"}
+    return Record(rows, numbers, stored, part("constant "))
+
+
+def _describe(config: Config, record: Record) -> xr.Dataset:
     """Put the arrays of a run into a Dataset with names and units."""
+    rows, numbers = record.rows, record.numbers
 
     def attrs(long_name: str, powers: str) -> dict[str, str]:
         return {"long_name": long_name, "units": units.text(powers, config.reading.length_unit)}
@@ -72,11 +108,11 @@ def _describe(
         "axis": ("axis", np.array(["x", "y"]), {"long_name": "horizontal and upward axis", "units": "1"}),
     }
     variables = {}
-    for name, values in stored.items():
+    for name, values in record.stored.items():
         quantity = table[name]
         dims = ("snapshot", "particle", "axis")[: 2 + len(quantity.shape)]
         variables[name] = (dims, np.stack(values), attrs(quantity.long_name, quantity.unit))
-    for name, values in constants.items():
+    for name, values in record.constants.items():
         variables[name] = ("particle", values, attrs(table[name].long_name, table[name].unit))
     for name, (long_name, powers) in diagnostics.MEANING.items():
         values = np.array([row[name] for row in rows])

@@ -2,7 +2,7 @@
 
 import contextlib
 import io
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,11 +24,17 @@ class Frame:
     substeps: int
     smallest_step: float
     ended_inside: int
+    top_speed2: float
     particles: state.Particles
 
     def read(self, name: str) -> np.ndarray:
         """A copy of one quantity of PARTICLE_STATE, shape (n, *shape)."""
         return self.particles.read(name)
+
+    def checkpoint(self) -> dict[str, np.ndarray]:
+        """All that the next frames depend on, for ``frames`` to go on from."""
+        whole = {quantity.name: self.read(quantity.name) for quantity in state.PARTICLE_STATE}
+        return {**whole, "frame": np.array(self.number), "top_speed2": np.array(self.top_speed2)}
 
 
 def start_taichi() -> None:
@@ -37,9 +43,10 @@ def start_taichi() -> None:
         ti.init(arch=ti.cpu, default_fp=ti.f64, default_ip=ti.i32, fast_math=False, cpu_max_num_threads=1)
 
 
-def frames(config: Config, scene: Scene) -> Iterator[Frame]:
+def frames(config: Config, scene: Scene, resume: Mapping[str, np.ndarray] | None = None) -> Iterator[Frame]:
     """Yield frame 0 (the start) and then each frame to the last.
 
+    With ``resume``, a frame's checkpoint, yield the frames behind it: the same bits as without a stop.
     Raises Diverged with cause, particle, frame and time when the run stops being a simulation.
     """
     start_taichi()
@@ -48,8 +55,15 @@ def frames(config: Config, scene: Scene) -> Iterator[Frame]:
     loading = config.loading
     pressed = config.sintering.enabled or config.reading.unsintered == "pressed"
 
-    yield Frame(0, 0, 0.0, 0, particles)
-    for number in range(1, loading.frames + 1):
+    first = 1
+    if resume is None:
+        yield Frame(0, 0, 0.0, 0, 0.0, particles)
+    else:
+        for quantity in state.PARTICLE_STATE:
+            particles.write(quantity.name, resume[quantity.name])
+        ledger.top_speed2[None] = float(resume["top_speed2"])
+        first = int(resume["frame"]) + 1
+    for number in range(first, loading.frames + 1):
         pressing = number <= loading.press_frames
         if number == loading.press_frames + 1:
             release(particles, at_rest=config.reading.release == "rest")
@@ -71,6 +85,7 @@ def frames(config: Config, scene: Scene) -> Iterator[Frame]:
             ledger.substeps[None],
             ledger.smallest_step[None],
             ledger.ended_inside[None],
+            ledger.top_speed2[None],
             particles,
         )
 

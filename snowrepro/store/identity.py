@@ -5,7 +5,7 @@ import json
 
 from ..config import Config
 
-NOT_PHYSICS = {"analysis", "store", "reports", "experiment"}
+NOT_PHYSICS = {"analysis", "store", "reports", "experiment", "checkpoint_seconds"}
 
 
 def run_id(config: Config, model_version: int) -> str:

@@ -11,13 +11,18 @@ PACKAGES = ("snowrepro", "taichi", "numpy", "scipy", "xarray", "netCDF4", "hydra
 
 def provenance() -> dict[str, str]:
     """Attributes for a result; "unknown" where something cannot be told."""
-    versions = ", ".join(f"{name} {_version(name)}" for name in PACKAGES)
     return {
-        "versions": f"python {platform.python_version()}, {versions}",
+        "versions": versions(),
         "git_state": _git_state(),
         "machine": f"{platform.system()} {platform.machine()}, {_cpu()}",
         "created": datetime.now(timezone.utc).isoformat(timespec="seconds"),
     }
+
+
+def versions() -> str:
+    """Of Python and of the packages that a result depends on."""
+    packages = ", ".join(f"{name} {_version(name)}" for name in PACKAGES)
+    return f"python {platform.python_version()}, {packages}"
 
 
 def _version(package: str) -> str:

@@ -1,22 +1,29 @@
-"""One folder a run: ``run.nc`` once it is done, ``failed.json`` if it failed, ``progress.json`` meanwhile."""
+"""One folder a run: ``run.nc`` once it is done, ``failed.json`` if it failed.
+
+Meanwhile ``progress.json`` says how far it is, and ``checkpoint.npz`` holds what it takes to go on.
+"""
 
 import json
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator
+import zipfile
+import zlib
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
 
 from ..config import Config
 from ..errors import StoreError
 from ..simulation import MODEL_VERSION
 from .identity import run_id
-from .provenance import provenance
+from .provenance import provenance, versions
 
 RESULT = "run.nc"
+CHECKPOINT = "checkpoint.npz"
 
 
 def identify(config: Config) -> str:
@@ -112,6 +119,27 @@ def save_progress(config: Config, frame: int, frames: int, substeps: int) -> Non
 def progress(folder: Path) -> dict[str, int]:
     """What ``save_progress`` last said; empty if nothing."""
     return _read_json(folder / "progress.json")
+
+
+def save_checkpoint(config: Config, arrays: Mapping[str, np.ndarray]) -> None:
+    """Keep what it takes to go on with a run; it replaces the one before."""
+    with _published(run_dir(config) / CHECKPOINT, durable=False) as partial, open(partial, "wb") as file:
+        np.savez(file, versions=np.array(versions()), **arrays)
+
+
+def checkpoint(config: Config) -> dict[str, np.ndarray] | None:
+    """What ``save_checkpoint`` kept; None if there is none, it is broken, or it was made with other versions."""
+    try:
+        with np.load(run_dir(config) / CHECKPOINT, allow_pickle=False) as saved:
+            arrays = {name: saved[name] for name in saved.files}
+    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error):
+        return None
+    return arrays if str(arrays.pop("versions", "")) == versions() else None
+
+
+def forget_checkpoint(config: Config) -> None:
+    """The run has its result, or has none to come."""
+    (run_dir(config) / CHECKPOINT).unlink(missing_ok=True)
 
 
 def forget_progress(config: Config) -> None:

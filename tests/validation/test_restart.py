@@ -1,0 +1,94 @@
+"""A run that was stopped and goes on gives the same bits as one that never stopped."""
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from snowrepro.composition import compose
+from snowrepro.run import run
+from snowrepro.simulation import simulate
+from snowrepro.store import runs
+from tests.conftest import SMALL
+
+LONG = ["fidelity=preview", "pressure=3000", "loading.frames=320", "reading.drop_height=20", "checkpoint_seconds=0"]
+
+
+def assert_same_bits(one: xr.Dataset, other: xr.Dataset) -> None:
+    assert set(one.variables) == set(other.variables)
+    for name in one.variables:
+        assert one[name].dtype == other[name].dtype, name
+        np.testing.assert_array_equal(one[name].values, other[name].values, err_msg=name)
+
+
+@pytest.mark.parametrize(
+    "reading",
+    [[], ["reading.density_changes=moduli_and_volume", "reading.cadence=substep", "reading.release=rest"]],
+)
+def test_going_on_from_any_frame(reading):
+    """From the start, in mid-press, on both sides of the release, in the impact: in every reading that keeps state."""
+    config = compose([*SMALL, "pressure=3000", *reading])
+    saved = {}
+    whole = simulate(config, lambda progress: saved.update({progress.frame: progress.checkpoint()}))
+    for frame in (0, 7, 20, 21, 48, 59):
+        assert_same_bits(simulate(config, resume=saved[frame]), whole)
+
+
+@pytest.mark.slow
+def test_twenty_kills(tmp_path):
+    """SIGKILL at twenty random moments, most of them in mid-press: the file of a run that was never stopped."""
+    rng = np.random.default_rng()
+    command = [sys.executable, "-m", "snowrepro", "run", *LONG]
+    killed = 0
+    while killed < 20:
+        process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        before = newest(tmp_path)
+        while process.poll() is None and newest(tmp_path) == before:
+            time.sleep(0.005)
+        time.sleep(rng.uniform(0, 0.15))
+        if process.poll() is not None:
+            break
+        process.kill()
+        process.wait()
+        killed += 1
+        assert not list(tmp_path.glob("runs/*/run.nc"))
+    assert killed == 20, "the run ended before it was killed twenty times"
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    (result,) = tmp_path.glob("runs/*/run.nc")
+    log = (result.parent / "run.log").read_text()
+    assert log.count("goes on from frame") >= 15
+    assert sorted(p.name for p in result.parent.iterdir()) == ["run.log", "run.nc", "summary.json"]
+    with xr.open_dataset(result) as resumed:
+        assert_same_bits(resumed.load(), simulate(compose(LONG)))
+
+
+def newest(folder: Path) -> int:
+    """When the checkpoint was written last; 0 if there is none."""
+    return max((path.stat().st_mtime_ns for path in folder.glob("runs/*/checkpoint.npz")), default=0)
+
+
+def test_a_broken_or_foreign_checkpoint_is_not_used(tmp_path, monkeypatch):
+    """Half a file, or one of other versions: the run starts from the beginning, and is right."""
+    config = compose([*SMALL, f"store={tmp_path}"])
+    saved = {}
+    whole = simulate(config, lambda progress: saved.update({progress.frame: progress.checkpoint()}))
+    runs.save_checkpoint(config, {**saved[30], "seconds": np.array(1.0)})
+    assert int(runs.checkpoint(config)["frame"]) == 30
+    path = runs.run_dir(config) / runs.CHECKPOINT
+    content = path.read_bytes()
+    for cut in (0, 10, len(content) // 2, len(content) - 10):
+        path.write_bytes(content[:cut])
+        assert runs.checkpoint(config) is None
+    path.write_bytes(content)
+    monkeypatch.setattr(runs, "versions", lambda: "others")
+    assert runs.checkpoint(config) is None
+    monkeypatch.undo()
+    path.write_bytes(content[:1000])
+    with xr.open_dataset(run(config)) as done:
+        assert_same_bits(done.load(), whole)
+    assert not path.exists()
