@@ -5,12 +5,15 @@ EXPERIMENTS ?= fig5
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: reproduce test lint lock benchmark clean
+.PHONY: reproduce test validate lint lock benchmark clean
 
 reproduce: $(VENV)/installed  ## Figure 5 of the paper into reports/fig5/; EXPERIMENTS="fig2 fig6" for others
 	set -e; for name in $(EXPERIMENTS); do $(BIN)/snowrepro run experiment=$$name fidelity=$(FIDELITY); done
 
-test: $(VENV)/installed
+test: $(VENV)/installed  ## the fast tests
+	$(BIN)/python -m pytest -m "not slow"
+
+validate: $(VENV)/installed  ## all tests, with a table of what was compared with theory
 	$(BIN)/python -m pytest
 
 lint: $(VENV)/installed

@@ -1,0 +1,74 @@
+"""Particles under control: a scene of one's own, advanced frame by frame."""
+
+import dataclasses
+
+import numpy as np
+
+from snowrepro.config import Config
+from snowrepro.mpm import solver, steps
+from snowrepro.mpm.laws import laws_of
+from snowrepro.scene.build import Scene, floor_and_walls
+
+# No plastic flow, no hardening, no sintering: what is left has closed solutions.
+ELASTIC = (
+    *("material.theta_c=0.5", "material.theta_s=0.5", "material.xi=0"),
+    *("sintering=none", "reading.initial_volume=sampled"),
+)
+
+
+def over_floor(config: Config, positions: np.ndarray, volume: float, height: float) -> Scene:
+    """Particles wherever a test wants them, over the floor of ``config``."""
+    dx, width = config.dx, config.floor.width
+    counts = (int(width / dx) + 1, int(height / dx) + 1)
+    nodes = np.stack(np.meshgrid(*(np.arange(n) * dx for n in counts), indexing="ij"), axis=-1).reshape(-1, 2)
+    distance, normal = floor_and_walls(config.floor.outline, nodes, width, height, 3 * dx)
+    mass = config.material.rho * volume
+    none = np.zeros(len(positions))
+    return Scene(positions, none, mass, volume, distance.reshape(counts), normal.reshape(*counts, 2), 1.0)
+
+
+def in_space(config: Config, positions: np.ndarray, volume: float) -> Scene:
+    """Particles with nothing around them."""
+    counts = tuple(np.ceil(positions.max(axis=0) / config.dx + 8).astype(int))
+    mass = config.material.rho * volume
+    far, up = np.full(counts, 1e9), np.tile([0.0, 1.0], (*counts, 1))
+    return Scene(positions, np.zeros(len(positions)), mass, volume, far, up, 1.0)
+
+
+class Motion:
+    """A scene in motion; ``advance`` steps it, ``read`` and ``mean`` look at it."""
+
+    def __init__(self, config: Config, scene: Scene, frame_time: float | None = None):
+        solver.start_taichi()
+        laws = laws_of(config)
+        self.laws = dataclasses.replace(laws, frame_time=frame_time) if frame_time else laws
+        self.particles, self.nodes, self.ledger = solver.allocate(config, scene, self.laws)
+
+    def advance(self, frames: int = 1, gravity: float = 0.0, damping: float = 0.0) -> None:
+        """So many frames; a failure of the solver is one of the test."""
+        for _ in range(frames):
+            steps.advance_frame(self.particles, self.nodes, self.ledger, self.laws, gravity, damping, 0)
+            assert self.ledger.status[None] == 0
+
+    def read(self, name: str) -> np.ndarray:
+        return self.particles.read(name)
+
+    def mean(self, name: str) -> np.ndarray:
+        return self.particles.read(name).mean(axis=0)
+
+    def set_velocity(self, velocity: np.ndarray, gradient: np.ndarray) -> None:
+        """A velocity field at the particles (n, 2), with its gradient (n, 2, 2) in APIC's affine matrices."""
+        inertia = self.laws.apic_inertia * self.laws.dx**2
+        self.particles.write("velocity", velocity)
+        self.particles.write("affine", gradient * inertia)
+
+    def angular_momentum(self) -> float:
+        """About the origin, the affine matrices' share included."""
+        m, x, v, B = (self.read(name) for name in ("mass", "position", "velocity", "affine"))
+        return float((m * (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0] + B[:, 1, 0] - B[:, 0, 1])).sum())
+
+    def kinetic_energy(self) -> float:
+        """Of the particles, the affine matrices' share included."""
+        inertia = self.laws.apic_inertia * self.laws.dx**2
+        m, v, B = (self.read(name) for name in ("mass", "velocity", "affine"))
+        return float(0.5 * (m * ((v**2).sum(axis=1) + (B**2).sum(axis=(1, 2)) / inertia)).sum())
