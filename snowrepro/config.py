@@ -187,7 +187,7 @@ class Solver(Section):
     spline: Literal["quadratic", "cubic"]
     cfl: float = Field(gt=0, le=1, description="time step in units of dx / (wave speed + speed) [1]")
     max_substeps: int = Field(gt=0, description="substeps a frame beyond which a run counts as diverged [1]")
-    max_bounded: float = Field(ge=0, le=1, description="part of the particles at a bound of J_P, likewise [1]")
+    max_bounded: float = Field(ge=0, le=1, description="part of the particles at the lowest J_P, likewise [1]")
 
 
 class Output(Section):

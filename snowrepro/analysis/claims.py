@@ -3,7 +3,7 @@
 "More lumps than powder" is read as: more than half of the mass is in lumps.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,9 +25,11 @@ class Verdict:
     word: str
 
 
-def judge(table: pd.DataFrame, calibrated: bool) -> list[Verdict]:
+def judge(table: pd.DataFrame, calibrated: bool, missing: Collection[tuple[str, float]] = ()) -> list[Verdict]:
     """Judge the claims by a table with columns pressure, sintering and lump_fraction.
 
+    ``missing``: sintering and pressure of runs that were asked for and have no result; a claim about
+    them is not judged by the others.
     ``calibrated``: the pressures were chosen by the lumps of the sintered runs of this very scene, so
     C1 to C3 and C5 cannot count as tests where they hold.  Several seeds are averaged.
     """
@@ -36,13 +38,18 @@ def judge(table: pd.DataFrame, calibrated: bool) -> list[Verdict]:
     contrast = (sintered - unsintered).dropna()
     lowest, highest = sintered.iloc[:1], sintered.iloc[-1:]
     judged = (
-        ("C1", "With sintering, lumps grow with pressure.", sintered, 2, _grows, calibrated),
-        ("C2", "With sintering, the lowest pressure gives more powder than lumps.", lowest, 1, _powder, calibrated),
-        ("C3", "With sintering, the highest pressure gives more lumps than powder.", highest, 1, _lumps, calibrated),
-        ("C4", "Without sintering, every pressure gives more powder than lumps.", unsintered, 1, _powder, False),
-        ("C5", "What sintering adds to the lumps grows with pressure.", contrast, 2, _grows, calibrated),
+        ("C1", "With sintering, lumps grow with pressure.", sintered, 2, _grows),
+        ("C2", "With sintering, the lowest pressure gives more powder than lumps.", lowest, 1, _powder),
+        ("C3", "With sintering, the highest pressure gives more lumps than powder.", highest, 1, _lumps),
+        ("C4", "Without sintering, every pressure gives more powder than lumps.", unsintered, 1, _powder),
+        ("C5", "What sintering adds to the lumps grows with pressure.", contrast, 2, _grows),
     )
-    return [_verdict(*claim) for claim in judged]
+    about = {"C4": ("none",), "C5": ("paper", "none")}  # the others: sintered runs
+    verdicts = []
+    for claim, *rest in judged:
+        lost = [f"{pressure:g}" for arm, pressure in missing if arm in about.get(claim, ("paper",))]
+        verdicts.append(_verdict(claim, *rest, calibrated and claim != "C4", lost))
+    return verdicts
 
 
 def sentence(table: pd.DataFrame, verdicts: list[Verdict]) -> str:
@@ -76,10 +83,18 @@ def _arms(table: pd.DataFrame) -> dict[str, pd.Series]:
 
 
 def _verdict(
-    claim: str, statement: str, values: pd.Series, least: int, holds: Callable[[np.ndarray], bool], fitted: bool
+    claim: str,
+    statement: str,
+    values: pd.Series,
+    least: int,
+    holds: Callable[[np.ndarray], bool],
+    fitted: bool,
+    lost: Sequence[str],
 ) -> Verdict:
-    """Apply ``holds`` to the values by pressure, if there are at least ``least``."""
+    """Apply ``holds`` to the values by pressure, if there are at least ``least`` and none is ``lost``."""
     measured = ", ".join(f"{value:.2f} at {pressure:g}" for pressure, value in values.items())
+    if lost:
+        return Verdict(claim, statement, f"{measured or 'no runs'}; no result at {', '.join(lost)}", NOT_RUN)
     if len(values) < least:
         return Verdict(claim, statement, measured or "no runs", NOT_RUN)
     if not holds(values.to_numpy()):

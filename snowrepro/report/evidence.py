@@ -1,6 +1,6 @@
 """What a report is drawn from, and what a picture contributes to it."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,6 +21,10 @@ class Evidence:
     table: pd.DataFrame
     folder: Path
     missing: frozenset[str] = field(default_factory=frozenset)  # ids
+
+    def lost(self, configs: Iterable[Config]) -> list[tuple[str, float]]:
+        """Sintering and pressure of those of ``configs`` that have no result."""
+        return [(c.sintering.name, c.pressure) for c in configs if not self.is_done(c)]
 
     def is_done(self, config: Config) -> bool:
         """Whether there is a result to draw."""

@@ -75,7 +75,8 @@ def _scenes(evidence: Evidence) -> list[Scene]:
         if len(table):
             table = table[(table["shape"] == shape) & (table["floor"] == floor)]
         calibrated = evidence.experiment.calibrated_on == (shape, floor)
-        found.append(Scene(shape, floor, table, claims.judge(table, calibrated)))
+        lost = evidence.lost(c for c in evidence.configs if (c.shape.name, c.floor.name) == (shape, floor))
+        found.append(Scene(shape, floor, table, claims.judge(table, calibrated, lost)))
     return found
 
 
@@ -125,10 +126,13 @@ def _draw_curves(scenes: Sequence[Scene], shapes: list[str], floors: list[str], 
     """Small multiples: a row a shape, a column a floor."""
     figure = Figure(figsize=(PANEL * len(floors) + 0.6, 1.5 * len(shapes) + 0.5), layout="constrained")
     grid = figure.subplots(len(shapes), len(floors), squeeze=False, sharex=True, sharey=True)
+    pressures = sorted({c.pressure for c in evidence.configs})
     for scene in scenes:
         ax = grid[shapes.index(scene.shape), floors.index(scene.floor)]
         ax.axhline(0.5, color="0.85", lw=0.8, zorder=0)
         ax.set(xscale="log", ylim=(-0.05, 1.05))
+        ax.set_xticks(pressures, [f"{pressure:g}" for pressure in pressures])
+        ax.minorticks_off()
         ax.tick_params(labelsize=7)
         for name, colour in (("paper", SINTERED), ("none", UNSINTERED)) if len(scene.table) else ():
             arm = scene.table[scene.table["sintering"] == name].groupby("pressure")["lump_fraction"].mean()

@@ -37,7 +37,7 @@ def report(evidence: Evidence) -> Findings:
     draw_strip(rows, experiment.frames, first, evidence.folder / "strip.png", by_fragment=False)
     draw_strip(rows, experiment.frames, first, evidence.folder / "fragments.png", by_fragment=True)
     calibrated = experiment.calibrated_on == (first.shape.name, first.floor.name)
-    verdicts = claims.judge(evidence.table, calibrated)
+    verdicts = claims.judge(evidence.table, calibrated, evidence.lost(evidence.configs))
     verdict = claims.sentence(evidence.table, verdicts)
     lines = [
         f"**Verdict.** {verdict}",
@@ -126,7 +126,7 @@ def _scan(evidence: Evidence) -> list[str]:
             for c, fraction in zip(ordered, fractions, strict=True)
             if fraction is not None
         ]
-        verdicts = claims.judge(pd.DataFrame(known), calibrated=False)
+        verdicts = claims.judge(pd.DataFrame(known), False, evidence.lost(ordered))
         held = [v.claim for v in verdicts if v.word == claims.REPRODUCED]
         held_by.update(held)
         shown = ["missing" if fraction is None else f"{fraction:.2f}" for fraction in fractions]

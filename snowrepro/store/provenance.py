@@ -7,6 +7,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 PACKAGES = ("snowrepro", "taichi", "numpy", "scipy", "xarray", "netCDF4", "hydra-core")
+# What of a clone a result depends on: reports and documents may change.
+SOURCES = ("snowrepro", "hydra_plugins", "conf", "experiments", "pyproject.toml", "requirements.lock")
 
 
 def provenance() -> dict[str, str]:
@@ -33,12 +35,12 @@ def _version(package: str) -> str:
 
 
 def _git_state() -> str:
-    """Commit of the clone that this code runs from, with "modified" where the tree differs from it."""
+    """Commit of the clone that this code runs from, with "modified" where code or options differ from it."""
     here = Path(__file__).resolve().parents[2]
     if not (here / ".git").exists():
         return "unknown"
     commit = _output(["git", "-C", str(here), "rev-parse", "HEAD"])
-    changed = _output(["git", "-C", str(here), "status", "--porcelain", "--untracked-files=no"])
+    changed = _output(["git", "-C", str(here), "status", "--porcelain", "--untracked-files=no", "--", *SOURCES])
     return (commit or "unknown") + (" modified" if changed else "")
 
 

@@ -63,3 +63,12 @@ def test_calibration_reads_the_rising_fit():
     dip = pd.DataFrame({"sintering": "paper", "pressure": [1.0, 2.0, 4.0, 8.0], "lump_fraction": [0.1, 0.5, 0.3, 0.7]})
     assert calibrate(dip, [0.4]) == [2.0]
     assert calibrate(dip, [0.05, 0.9]) == [None, None]
+
+
+def test_a_missing_run_is_not_stood_in_for():
+    """Without the lowest pressure the next one is not the lowest: claims about that arm are not judged."""
+    frame = table({510: 0.4, 3000: 0.8}, {330: 0.0, 510: 0.0, 3000: 0.0})
+    verdicts = {v.claim: v for v in claims.judge(frame, False, missing=[("paper", 330)])}
+    assert {verdicts[c].word for c in ("C1", "C2", "C3", "C5")} == {claims.NOT_RUN}
+    assert verdicts["C4"].word == claims.REPRODUCED
+    assert "no result at 330" in verdicts["C2"].measured
