@@ -66,7 +66,7 @@ def measure_snowrepro(spline: str) -> float:
     while not started or time.perf_counter() - started < SECONDS:
         steps.advance_frame(particles, nodes, ledger, laws, 10.0, 0.0, 1)
         frame += 1
-        diagnostics.measure(solver.Frame(frame, ledger.substeps[None], 0.0, 0, particles), config)
+        diagnostics.measure(solver.frame_of(frame, particles, ledger), config)
         if frame == 25:  # compiled, and the snow is on the floor
             started = time.perf_counter()
         if frame > 25:

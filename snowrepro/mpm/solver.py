@@ -37,6 +37,18 @@ class Frame:
         return {**whole, "frame": np.array(self.number), "top_speed2": np.array(self.top_speed2)}
 
 
+def frame_of(number: int, particles: state.Particles, ledger: state.Ledger) -> Frame:
+    """The frame that the kernel has just ended, or frame 0 before the first."""
+    return Frame(
+        number,
+        ledger.substeps[None],
+        ledger.smallest_step[None],
+        ledger.ended_inside[None],
+        ledger.top_speed2[None],
+        particles,
+    )
+
+
 def start_taichi() -> None:
     """Start Taichi afresh: one thread, f64, and no fast math, so that bits repeat."""
     with contextlib.redirect_stdout(io.StringIO()):  # it announces itself
@@ -57,7 +69,7 @@ def frames(config: Config, scene: Scene, resume: Mapping[str, np.ndarray] | None
 
     first = 1
     if resume is None:
-        yield Frame(0, 0, 0.0, 0, 0.0, particles)
+        yield frame_of(0, particles, ledger)
     else:
         for quantity in state.PARTICLE_STATE:
             particles.write(quantity.name, resume[quantity.name])
@@ -80,14 +92,7 @@ def frames(config: Config, scene: Scene, resume: Mapping[str, np.ndarray] | None
         )
         _check(ledger, particles, laws, number)
         _check_volume(particles, config, number)
-        yield Frame(
-            number,
-            ledger.substeps[None],
-            ledger.smallest_step[None],
-            ledger.ended_inside[None],
-            ledger.top_speed2[None],
-            particles,
-        )
+        yield frame_of(number, particles, ledger)
 
 
 def allocate(config: Config, scene: Scene, laws: Laws) -> tuple[state.Particles, state.Nodes, state.Ledger]:

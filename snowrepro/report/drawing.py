@@ -76,6 +76,7 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def column_title(frame: int, config: Config) -> str:
+    """Frame and time, and what is special about them."""
     seconds = frame * config.loading.frame_time
     note = {0: ", start", config.loading.press_frames: ", release"}.get(frame, "")
     return f"frame {frame}{note}\n{seconds:.1f} s"

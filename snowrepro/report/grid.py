@@ -48,7 +48,7 @@ def report(evidence: Evidence) -> Findings:
         "",
         *_counts(scenes),
         "",
-        f"The pressures were chosen on {' on '.join(calibrated)}: what holds there by that choice is not counted. "
+        f"The pressures were chosen on {' on '.join(calibrated)}: what holds there by that choice is not counted."
         if calibrated
         else "",
         "One seed a scene: a difference between two pressures may be chance. Lumps are mass fractions.",

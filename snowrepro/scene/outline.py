@@ -102,8 +102,8 @@ def flaw(outline: Outline) -> str | None:
     if ring.convex_hull.area <= 1e-9 * size**2:
         return "it has no area"
     if not ring.is_valid:
-        where = shapely.is_valid_reason(ring)
-        return f"it crosses or touches itself near ({', '.join(where[where.index('[') + 1 : -1].split())})"
+        place = shapely.is_valid_reason(ring).partition("[")[2].rstrip("]").split()  # "Self-intersection[20 20]"
+        return f"it crosses or touches itself near ({', '.join(place)})"
     loop = loop_of(outline)
     tangent_end, tangent_start = _tangents(loop)
     onward = np.linalg.norm(np.roll(tangent_end, 1, axis=0) + tangent_start, axis=1)
