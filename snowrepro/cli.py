@@ -137,9 +137,8 @@ def _say_cost(plan: Plan, computed: int, wall_seconds: float) -> None:
 
 def _run_one(config: Config, done: bool) -> None:
     """Run one case in this process with a progress bar."""
-    from .analysis.summary import summarise
+    from .analysis.summary import row_of
     from .run import run
-    from .store import runs
 
     if done:
         _say("this run is done")
@@ -149,8 +148,7 @@ def _run_one(config: Config, done: bool) -> None:
     with Progress(*columns, console=console, transient=True, disable=done or not console.is_terminal) as bar:
         task = bar.add_task("run", total=config.loading.frames)
         path = run(config, lambda progress: bar.update(task, completed=progress.frame))
-    with runs.open_run(path) as dataset:
-        _print_rows(summarise(dataset, config.analysis))
+    _print_rows(row_of(config))
     print(path)
 
 
@@ -195,11 +193,10 @@ def _report_sweep(plan: Plan) -> ExitCode:
 
 def _print_line(config: Config) -> None:
     """One run of a sweep in one line."""
-    from .analysis.fragments import classify
-    from .store import runs
+    from .analysis.summary import row_of
 
-    with runs.open_run(runs.result_path(config)) as dataset:
-        print(f"{runs.identify(config)}: mass in lumps {classify(dataset, config.analysis).lump_fraction:.3f}")
+    row = row_of(config)
+    print(f"{row['run_id']}: mass in lumps {row['lump_fraction']:.3f}")
 
 
 def _print_rows(row: dict) -> None:
