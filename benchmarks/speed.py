@@ -52,21 +52,21 @@ def in_process(case: str) -> tuple[float, float]:
 def measure_snowrepro(spline: str) -> float:
     """Everything on: a ball that lands on the floor and flows plastically, with sintering once a frame."""
     from snowrepro.composition import compose
-    from snowrepro.mpm import diagnostics, solver, steps
+    from snowrepro.mpm import diagnostics, solver
     from snowrepro.mpm.laws import laws_of
     from snowrepro.scene.build import build_scene
 
     config = compose(["reading.drop_height=1.5", f"solver.spline={spline}"])
     scene = build_scene(config)
-    solver.start_taichi()
+    solver.start_taichi(config)
     laws = laws_of(config)
     particles, nodes, ledger = solver.allocate(config, scene, laws)
     particles.velocity.fill([0.0, -30.0])
-    updates, frame, started = 0, 0, 0.0
+    updates, frame, started, row = 0, 0, 0.0, None
     while not started or time.perf_counter() - started < SECONDS:
-        steps.advance_frame(particles, nodes, ledger, laws, 10.0, 0.0, 1)
+        solver.advance_frame(particles, nodes, ledger, laws, 10.0, 0.0, True)
         frame += 1
-        diagnostics.measure(solver.frame_of(frame, particles, ledger), config)
+        row = diagnostics.measure(solver.frame_of(frame, particles, ledger), config, row)
         if frame == 25:  # compiled, and the snow is on the floor
             started = time.perf_counter()
         if frame > 25:

@@ -107,6 +107,16 @@ class Material(Section):
     theta_s: float = Field(gt=0, lt=1, description="critical stretch [1]")
     xi: float = Field(ge=0, description="initial hardening coefficient [1]")
 
+    @property
+    def mu(self) -> float:
+        """Initial Lame parameter mu [Pa]."""
+        return self.E / (2.0 * (1.0 + self.nu))
+
+    @property
+    def lam(self) -> float:
+        """Initial Lame parameter lambda [Pa]."""
+        return self.nu * self.E / ((1.0 + self.nu) * (1.0 - 2.0 * self.nu))
+
 
 class Sintering(Section):
     """Eqs. 2, 6, 7 and 9: whether they act while the snow is pressed, and their constants."""
@@ -184,10 +194,24 @@ class Fidelity(Section):
 class Solver(Section):
     """Numerical choices."""
 
+    transfer: Literal["apic", "pic_flip", "mls"]
+    flip: float = Field(ge=0, le=1, description="pic_flip: part of the velocity that particles keep [1]")
+    precision: Literal["f64", "f32"]
+    device: Literal["cpu", "cuda"]
+    summation: Literal["in_order", "fixed_point", "atomic"]
     spline: Literal["quadratic", "cubic"]
     cfl: float = Field(gt=0, le=1, description="time step in units of dx / (wave speed + speed) [1]")
     max_substeps: int = Field(gt=0, description="substeps a frame beyond which a run counts as diverged [1]")
     max_bounded: float = Field(ge=0, le=1, description="part of the particles at the lowest J_P, likewise [1]")
+
+    @model_validator(mode="after")
+    def _gpu_sums_in_parallel(self) -> "Solver":
+        if self.device == "cuda" and self.summation == "in_order":
+            raise ValueError(
+                "a GPU cannot sum in_order, which takes one thread: summation=fixed_point repeats bits too, "
+                "summation=atomic does not"
+            )
+        return self
 
 
 class Output(Section):
@@ -251,6 +275,8 @@ class Config(Section):
     seed: int = Field(ge=0, le=2**31 - 1)
     output: Output
     analysis: Analysis
+    threads: int = Field(ge=1, le=1024, description="of one run [1]")
+    deterministic: bool = Field(description="refuse what does not repeat its bits")
     checkpoint_seconds: float = Field(ge=0, description="wall time between two checkpoints of a run [s]")
     store: str = Field(min_length=1, description="folder that keeps the runs")
     reports: str = Field(min_length=1, description="folder that reports are written to")
@@ -261,6 +287,21 @@ class Config(Section):
         if self.sintering.rho_max <= self.material.rho:
             raise ValueError(
                 f"sintering.rho_max ({self.sintering.rho_max}) must exceed material.rho ({self.material.rho})"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _repeats_its_bits(self) -> "Config":
+        if self.threads > 1 and self.solver.summation == "in_order":
+            raise ValueError(
+                f"threads={self.threads} needs solver.summation=fixed_point, which gives the same bits at any "
+                "number of threads, or atomic, which does not; in_order takes one thread"
+            )
+        parallel = self.threads > 1 or self.solver.device == "cuda"
+        if self.deterministic and parallel and self.solver.summation == "atomic":
+            raise ValueError(
+                "deterministic=true cannot be had with solver.summation=atomic on more than one thread: "
+                "choose fixed_point, or deterministic=false"
             )
         return self
 

@@ -13,7 +13,7 @@ from .mpm import diagnostics, solver
 from .mpm.state import PARTICLE_STATE
 from .scene.build import build_scene
 
-MODEL_VERSION = 2  # goes up when the same config gives another result
+MODEL_VERSION = 3  # goes up when the same config gives another result, or a result that holds more
 
 
 @dataclass
@@ -31,7 +31,7 @@ class Record:
         """Measure a frame, and keep its particles if they are to be stored."""
         if frame.number == 0:
             self.constants = {name: frame.read(name) for name in ("mass", "volume")}
-        self.rows.append(diagnostics.measure(frame, config))
+        self.rows.append(diagnostics.measure(frame, config, self.rows[-1] if self.rows else None))
         if config.is_stored(frame.number):
             self.numbers.append(frame.number)
             for name, values in self.stored.items():

@@ -26,7 +26,7 @@ def taichi() -> None:
     """Taichi as a run starts it."""
     from snowrepro.mpm.solver import start_taichi
 
-    start_taichi()
+    start_taichi(compose())
 
 
 @pytest.fixture(scope="session")

@@ -6,9 +6,7 @@ straight floor, within dx^2 / 8R for one of radius R, and rounded over a grid sp
 
 import taichi as ti
 
-TOUCH = (
-    1e-9  # a particle this near touches: one that was moved to the surface is on it but for round-off [grid spacings]
-)
+from ..physics.elasticity import TINY
 
 
 @ti.func
@@ -18,7 +16,7 @@ def slide(velocity, normal, friction):
     result = velocity
     if inward < 0.0:
         tangential = velocity - inward * normal
-        speed = tangential.norm() + 1e-300
+        speed = tangential.norm() + TINY
         result = tangential * ti.max(0.0, 1.0 + friction * inward / speed)
     return result
 
@@ -29,7 +27,7 @@ def node_velocity(velocity, distance, normal, laws: ti.template()):
     result = velocity
     if ti.static(laws.stick_inside):
         if distance <= 0.0:
-            result = ti.Vector.zero(ti.f64, 2)
+            result = ti.Vector([0.0, 0.0])
         elif distance < laws.dx:
             result = slide(velocity, normal, laws.friction)
     else:
@@ -53,12 +51,12 @@ def floor_at(position, nodes: ti.template(), laws: ti.template()):
     corner = cell_of(position, nodes, laws)
     f = position / laws.dx - corner
     distance = 0.0
-    normal = ti.Vector.zero(ti.f64, 2)
+    normal = ti.Vector([0.0, 0.0])
     for i, j in ti.static(ti.ndrange(2, 2)):
         weight = (f[0] if ti.static(i == 1) else 1.0 - f[0]) * (f[1] if ti.static(j == 1) else 1.0 - f[1])
         distance += weight * nodes.distance[corner[0] + i, corner[1] + j]
         normal += weight * nodes.normal[corner[0] + i, corner[1] + j]
-    return distance, normal / (normal.norm() + 1e-300)
+    return distance, normal / (normal.norm() + TINY)
 
 
 @ti.func

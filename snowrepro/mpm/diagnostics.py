@@ -1,4 +1,11 @@
-"""What is measured at the end of every frame: conserved quantities, energies, bounded particles."""
+"""What is measured at the end of every frame: mass, momentum, energy and where it went, bounded particles.
+
+The energy ledger: kinetic + elastic energy change in a frame by the works of WORKS, each what one cause gave to
+the snow, and by ``unclosed_energy``, the rest.  All causes are measured where they act, so the rest is not there
+by construction: it is the error of stepping in time, of the order of the time step.
+"""
+
+from collections.abc import Mapping
 
 import numpy as np
 import xarray as xr
@@ -13,8 +20,19 @@ MEANING = {
     "total_mass": ("mass of all particles", "M"),
     "momentum_x": ("horizontal momentum", "M L/T"),
     "momentum_y": ("vertical momentum", "M L/T"),
-    "kinetic_energy": ("kinetic energy of the particles", "M L2/T2"),
+    "unclosed_momentum_x": ("horizontal momentum that no cause explains", "M L/T"),
+    "unclosed_momentum_y": ("vertical momentum that no cause explains", "M L/T"),
+    "kinetic_energy": ("kinetic energy of the particles, their affine motion included", "M L2/T2"),
     "elastic_energy": ("fixed corotated energy of F_E", "M L2/T2"),
+    "pressing_work": ("work of the external force b in the frame", "M L2/T2"),
+    "gravity_work": ("work of gravity in the frame", "M L2/T2"),
+    "sintering_work": ("energy that sintering put in, as moduli, xi and volume changed, in the frame", "M L2/T2"),
+    "plastic_work": ("elastic energy that plastic flow took (negative) in the frame", "M L2/T2"),
+    "hardening_work": ("energy that the changing factor of Eq. 1 put in, in the frame", "M L2/T2"),
+    "floor_work": ("work of the floor, by contact, friction and moving particles out, in the frame", "M L2/T2"),
+    "damping_work": ("work of damping and of stopping at release, in the frame", "M L2/T2"),
+    "transfer_work": ("kinetic energy lost (negative) between particles and grid in the frame", "M L2/T2"),
+    "unclosed_energy": ("energy that no cause explains: the error of stepping in time, in the frame", "M L2/T2"),
     "gravitational_energy": ("potential energy above y = 0 under the gravity of the frame", "M L2/T2"),
     "top_speed": ("largest particle speed", "L/T"),
     "mean_density": ("mean density of Eq. 2", "M/L3"),
@@ -30,34 +48,43 @@ MEANING = {
     "ended_inside": ("times in the frame that a particle ended inside the floor", "1"),
 }
 
+WORKS = (
+    "pressing_work",
+    "gravity_work",
+    "sintering_work",
+    "plastic_work",
+    "hardening_work",
+    "floor_work",
+    "damping_work",
+    "transfer_work",
+)
+
 BOUNDED = ("poisson_capped", "density_capped", "hardening_capped", "hardening_floored", "volume_bounded")
 
 
-def measure(frame: Frame, config: Config) -> dict[str, float]:
-    """All diagnostics of MEANING for one frame."""
+def measure(frame: Frame, config: Config, before: Mapping[str, float] | None) -> dict[str, float]:
+    """All diagnostics of MEANING for one frame; ``before`` is what the frame before gave, None for the first."""
     reading = config.reading
     mass, velocity, position = frame.read("mass"), frame.read("velocity"), frame.read("position")
     xi, J_P, poisson, density = frame.read("hardening"), frame.read("J_P"), frame.read("poisson"), frame.read("density")
     low, high = reading.hardening_exponent
     exponent = xi * (1.0 - J_P)
-    bounded = np.clip(exponent, low, high)
     gravity = reading.gravity if frame.number > config.loading.press_frames else 0.0
-    energy_density = elastic_energy(frame.read("F_E"), frame.read("mu"), frame.read("lam")) * np.exp(bounded)
     momentum = mass @ velocity
-    return {
+    row = {
         "substeps": frame.substeps,
         "smallest_step": frame.smallest_step,
         "total_mass": float(mass.sum()),
         "momentum_x": float(momentum[0]),
         "momentum_y": float(momentum[1]),
-        "kinetic_energy": float(0.5 * (mass * (velocity**2).sum(axis=1)).sum()),
-        "elastic_energy": float((energy_density * frame.read("volume")).sum()),
+        "kinetic_energy": frame.totals["kinetic_energy"],
+        "elastic_energy": frame.totals["elastic_energy"],
         "gravitational_energy": float(gravity * (mass * position[:, 1]).sum()),
         "top_speed": float(np.sqrt((velocity**2).sum(axis=1).max())),
         "mean_density": float(density.mean()),
         "mean_young": float(frame.read("young").mean()),
         "mean_hardening": float(xi.mean()),
-        "mean_factor": float(np.exp(bounded.mean())),
+        "mean_factor": float(np.exp(np.log(frame.read("factor")).mean())),
         "centre_height": float((mass * position[:, 1]).sum() / mass.sum()),
         "poisson_capped": int((poisson >= reading.poisson_cap).sum()),
         "density_capped": int((density >= config.sintering.rho_max).sum()),
@@ -66,16 +93,34 @@ def measure(frame: Frame, config: Config) -> dict[str, float]:
         "volume_bounded": int(((J_P <= reading.plastic_volume[0]) | (J_P >= reading.plastic_volume[1])).sum()),
         "ended_inside": frame.ended_inside,
     }
+    if before is None:
+        return {name: row.get(name, 0.0) for name in MEANING}
+    stopped = frame.number == config.loading.press_frames + 1 and reading.release == "rest"
+    start = {**before, **({"kinetic_energy": 0.0, "momentum_x": 0.0, "momentum_y": 0.0} if stopped else {})}
+    row |= _works(frame.totals, row, start, gravity)
+    row["damping_work"] -= before["kinetic_energy"] - start["kinetic_energy"]
+    change = sum(row[name] - before[name] for name in ("kinetic_energy", "elastic_energy"))
+    row["unclosed_energy"] = change - sum(row[name] for name in WORKS)
+    steady = (mass @ frame.read("force") - [0.0, gravity * row["total_mass"]]) * config.loading.frame_time
+    for axis, given in zip("xy", steady, strict=True):
+        change = row[f"momentum_{axis}"] - start[f"momentum_{axis}"]
+        row[f"unclosed_momentum_{axis}"] = float(change - given - frame.totals[f"impulse_{axis}"])
+    return {name: row[name] for name in MEANING}
 
 
-def elastic_energy(F_E: np.ndarray, mu: np.ndarray, lam: np.ndarray) -> np.ndarray:
-    """Fixed corotated energy density mu |F_E - R|^2 + lambda/2 (J_E - 1)^2; F_E (n, 2, 2)."""
-    a = F_E[:, 0, 0] + F_E[:, 1, 1]
-    b = F_E[:, 1, 0] - F_E[:, 0, 1]
-    J_E = np.linalg.det(F_E)
-    # |F - R|^2 = |F|^2 - 2 tr(R^T F) + 2, and tr(R^T F) = sqrt(a^2 + b^2) in two dimensions
-    distance = (F_E**2).sum(axis=(1, 2)) - 2.0 * np.hypot(a, b) + 2.0
-    return mu * distance + 0.5 * lam * (J_E - 1.0) ** 2
+def _works(
+    totals: Mapping[str, float], row: Mapping[str, float], start: Mapping[str, float], gravity: float
+) -> dict[str, float]:
+    """What each cause gave to the snow's energy in the frame; ``start`` is where the frame began."""
+    fallen = start["centre_height"] - row["centre_height"]
+    gained = row["kinetic_energy"] - start["kinetic_energy"]
+    own = ("pressing_work", "sintering_work", "plastic_work", "hardening_work", "damping_work")
+    return {
+        **{name: totals[name] for name in own},
+        "gravity_work": gravity * row["total_mass"] * fallen,
+        "floor_work": totals["contact_work"] + totals["sliding_work"] + totals["lifting_work"],
+        "transfer_work": gained - totals["kinetic_work"] - totals["sliding_work"],
+    }
 
 
 def bounded(dataset: xr.Dataset) -> list[str]:

@@ -1,10 +1,13 @@
 """The constants and switches that the kernels are compiled for."""
 
+import math
 from dataclasses import dataclass
 
 from ..config import Config
 from ..physics.sintering import maximum_moduli
-from .splines import APIC_INERTIA, NODES
+from .splines import INERTIA, NODES
+
+TOUCH = {"f64": 1e-9, "f32": 1e-4}  # grid spacings
 
 
 @dataclass(frozen=True)
@@ -14,9 +17,14 @@ class Laws:
     Stresses are in the unit of E, lengths in the reading's unit, times in seconds.
     """
 
+    transfer: str
+    flip: float  # pic_flip: part of the velocity that particles keep
     spline: str
     nodes: int  # of the spline's support, per axis
-    apic_inertia: float  # D / dx^2
+    inertia: float  # D / dx^2
+    summation: str
+    mass_quantum: float  # of the sums in fixed point
+    momentum_quantum: float
     dx: float
     cfl: float
     max_substeps: int
@@ -46,6 +54,7 @@ class Laws:
     stick_inside: bool
     moves_out: bool
     friction: float
+    touch: float  # a particle this near touches: one that was moved to the surface is on it but for round-off
 
 
 def laws_of(config: Config) -> Laws:
@@ -58,10 +67,19 @@ def laws_of(config: Config) -> Laws:
         sintering.C3,
         as_printed=reading.poisson_denominator == "as_printed",
     )
+    # A particle faster than this needs more substeps than are allowed, which ends the run before a sum overflows.
+    fastest = solver.cfl * config.dx * solver.max_substeps / config.loading.frame_time
+    particle_mass = material.rho * config.dx**2 / config.fidelity.particles_per_cell
     return Laws(
+        transfer=solver.transfer,
+        flip=solver.flip,
+        summation=solver.summation,
+        mass_quantum=power_of_two(particle_mass * 2.0**-40),
+        momentum_quantum=power_of_two(particle_mass * fastest * 2.0**-50),
+        touch=TOUCH[solver.precision] * config.dx,
         spline=solver.spline,
         nodes=NODES[solver.spline],
-        apic_inertia=APIC_INERTIA[solver.spline],
+        inertia=INERTIA[solver.spline],
         dx=config.dx,
         cfl=solver.cfl,
         max_substeps=solver.max_substeps,
@@ -89,3 +107,8 @@ def laws_of(config: Config) -> Laws:
         moves_out=reading.inside_floor == "moved_out",
         friction=reading.friction,
     )
+
+
+def power_of_two(value: float) -> float:
+    """The largest power of two that is not above ``value``: dividing by it changes no digit."""
+    return 2.0 ** math.floor(math.log2(value))

@@ -9,22 +9,26 @@ import numpy as np
 import taichi as ti
 
 from ..config import Config
-from ..errors import Diverged
+from ..errors import ConfigError, Diverged
 from ..scene.build import Scene
 from ..scene.press import SHELL_CELLS, external_force
-from . import state, steps
+from . import accounts, parallel, serial, state
 from .laws import Laws, laws_of
 
 
 @dataclass(frozen=True)
 class Frame:
-    """The run at the end of one frame; ``read`` gives a copy of a particle quantity by name."""
+    """The run at the end of one frame; ``read`` gives a copy of a particle quantity by name.
+
+    ``totals``: of TOTALS, what the frame's energy and momentum come to.
+    """
 
     number: int
     substeps: int
     smallest_step: float
     ended_inside: int
     top_speed2: float
+    totals: dict[str, float]
     particles: state.Particles
 
     def read(self, name: str) -> np.ndarray:
@@ -45,14 +49,39 @@ def frame_of(number: int, particles: state.Particles, ledger: state.Ledger) -> F
         ledger.smallest_step[None],
         ledger.ended_inside[None],
         ledger.top_speed2[None],
+        dict(zip(state.TOTALS, ledger.totals[None], strict=True)),
         particles,
     )
 
 
-def start_taichi() -> None:
-    """Start Taichi afresh: one thread, f64, and no fast math, so that bits repeat."""
+def start_taichi(config: Config) -> None:
+    """Start Taichi afresh in the run's precision and without fast math, so that bits repeat.
+
+    Raises ConfigError if the device is not there.
+    """
+    solver = config.solver
+    arch = ti.cuda if solver.device == "cuda" else ti.cpu
+    real = ti.f32 if solver.precision == "f32" else ti.f64
+    threads = config.threads
     with contextlib.redirect_stdout(io.StringIO()):  # it announces itself
-        ti.init(arch=ti.cpu, default_fp=ti.f64, default_ip=ti.i32, fast_math=False, cpu_max_num_threads=1)
+        ti.init(arch=arch, default_fp=real, default_ip=ti.i32, fast_math=False, cpu_max_num_threads=threads)
+    if solver.device == "cuda" and ti.lang.impl.current_cfg().arch != ti.cuda:  # it falls back to the CPU
+        raise ConfigError("solver.device=cuda: Taichi finds no CUDA device here; solver.device=cpu runs everywhere")
+
+
+def advance_frame(
+    particles: state.Particles,
+    nodes: state.Nodes,
+    ledger: state.Ledger,
+    laws: Laws,
+    gravity: float,
+    damping: float,
+    sinters: bool,
+) -> None:
+    """Advance one frame with the driver that the summation asks for; see ``serial.advance_frame``."""
+    driver = serial if laws.summation == "in_order" else parallel
+    driver.advance_frame(particles, nodes, ledger, laws, gravity, damping, int(sinters))
+    accounts.add_up(particles, nodes, ledger, laws)
 
 
 def frames(config: Config, scene: Scene, resume: Mapping[str, np.ndarray] | None = None) -> Iterator[Frame]:
@@ -61,7 +90,7 @@ def frames(config: Config, scene: Scene, resume: Mapping[str, np.ndarray] | None
     With ``resume``, a frame's checkpoint, yield the frames behind it: the same bits as without a stop.
     Raises Diverged with cause, particle, frame and time when the run stops being a simulation.
     """
-    start_taichi()
+    start_taichi(config)
     laws = laws_of(config)
     particles, nodes, ledger = allocate(config, scene, laws)
     loading = config.loading
@@ -81,14 +110,14 @@ def frames(config: Config, scene: Scene, resume: Mapping[str, np.ndarray] | None
             release(particles, at_rest=config.reading.release == "rest")
         if pressing and pressed:
             particles.write("force", _pressing_force(config, scene, particles.read("position"), number))
-        steps.advance_frame(
+        advance_frame(
             particles,
             nodes,
             ledger,
             laws,
             gravity=0.0 if pressing else config.reading.gravity,
             damping=config.reading.press_damping if pressing else 0.0,
-            sinters=int(pressing and config.sintering.enabled),
+            sinters=pressing and config.sintering.enabled,
         )
         _check(ledger, particles, laws, number)
         _check_volume(particles, config, number)
@@ -97,30 +126,12 @@ def frames(config: Config, scene: Scene, resume: Mapping[str, np.ndarray] | None
 
 def allocate(config: Config, scene: Scene, laws: Laws) -> tuple[state.Particles, state.Nodes, state.Ledger]:
     """Particles and nodes of the scene at frame 0, undeformed and at rest."""
-    n = len(scene.positions)
-    material = config.material
-    mu = material.E / (2.0 * (1.0 + material.nu))
-    lam = material.nu * material.E / ((1.0 + material.nu) * (1.0 - 2.0 * material.nu))
-    particles = state.Particles(n)
-    nodes = state.Nodes(scene.node_distance, scene.node_normal)
+    particles = state.Particles(len(scene.positions))
+    particles.start(scene, config.material)
+    nodes = state.Nodes(scene.node_distance, scene.node_normal, laws.summation == "fixed_point")
     ledger = state.Ledger()
-    first_values = {
-        "position": scene.positions,
-        "F_E": np.tile(np.eye(2), (n, 1, 1)),
-        "J_P": np.ones(n),
-        "density": np.full(n, material.rho),
-        "young": np.full(n, material.E),
-        "poisson": np.full(n, material.nu),
-        "hardening": np.full(n, material.xi),
-        "mass": np.full(n, scene.mass),
-        "volume": np.full(n, scene.volume),
-        "mu": np.full(n, mu),
-        "lam": np.full(n, lam),
-    }  # all else starts at zero
-    for name, values in first_values.items():
-        particles.write(name, values)
     if config.reading.initial_volume == "grid_density":
-        steps.step_2_volume(particles, nodes, laws)
+        serial.step_2_volume(particles, nodes, laws)
     return particles, nodes, ledger
 
 
@@ -161,8 +172,16 @@ def _check(ledger: state.Ledger, particles: state.Particles, laws: Laws, frame: 
         )
     p = ledger.particle[None]
     x, y = particles.position[p]
-    cause = "left the grid" if status == state.LEFT_GRID else "has a strain that is inverted or not finite"
-    raise Diverged(f"diverged {where}: particle {p} at ({x:.4g}, {y:.4g}) {cause}")
+    raise Diverged(f"diverged {where}: particle {p} at ({x:.4g}, {y:.4g}) {_cause(p, particles)}")
+
+
+def _cause(p: int, particles: state.Particles) -> str:
+    """What is wrong with particle p."""
+    if not particles.wave_speed2[p] > 0.0 or not np.isfinite(particles.wave_speed2[p]):
+        return "has a strain that is inverted or not finite"
+    if not particles.poisson[p] < 0.5:
+        return f"has a Poisson's ratio of {particles.poisson[p]:.3g}, which must stay below 0.5"
+    return "left the grid"
 
 
 def _check_volume(particles: state.Particles, config: Config, frame: int) -> None:

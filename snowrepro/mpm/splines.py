@@ -7,7 +7,7 @@ from it; ``weights`` and ``gradients`` the values and slopes at the nodes base, 
 import taichi as ti
 
 NODES = {"quadratic": 3, "cubic": 4}
-APIC_INERTIA = {"quadratic": 1.0 / 4.0, "cubic": 1.0 / 3.0}  # D / dx^2 of Jiang et al. 2015
+INERTIA = {"quadratic": 1.0 / 4.0, "cubic": 1.0 / 3.0}  # D / dx^2 of Jiang et al. 2015
 
 
 @ti.func

@@ -1,11 +1,19 @@
-"""The state of a run: one table names every particle quantity, its unit and whether it is stored."""
+"""The state of a run: one table names every particle quantity, its unit, first value and whether it is stored."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import taichi as ti
 
+from ..config import Material
+from ..scene.build import Scene
+
 LANES = 8  # particles that the straight-line laws handle at once; arrays are padded to a multiple
+
+
+def _zero(scene: Scene, material: Material) -> float:
+    return 0.0
 
 
 @dataclass(frozen=True)
@@ -13,44 +21,60 @@ class Quantity:
     """One particle quantity.
 
     ``shape``: () scalar, (2,) vector, (2, 2) matrix.  ``unit``: in powers of length L, mass M and
-    time T, as ``units.text`` writes it.  ``stored``: kept in each snapshot of a run.
+    time T, as ``units.text`` writes it.  ``first``: its value at the start, one for all particles or one
+    each.  ``stored``: kept in each snapshot of a run.
     """
 
     name: str
     shape: tuple[int, ...]
     long_name: str
     unit: str
+    first: Callable[[Scene, Material], float | np.ndarray] = _zero
     stored: bool = False
 
 
 PARTICLE_STATE = (
-    Quantity("position", (2,), "position", "L", stored=True),
+    Quantity("position", (2,), "position", "L", lambda s, m: s.positions, stored=True),
     Quantity("velocity", (2,), "velocity", "L/T", stored=True),
     Quantity("affine", (2, 2), "APIC affine momentum matrix B per unit mass", "L2/T"),
-    Quantity("F_E", (2, 2), "elastic deformation gradient", "1"),
-    Quantity("J_P", (), "plastic volume ratio det F_P", "1", stored=True),
-    Quantity("density", (), "density of Eq. 2", "M/L3", stored=True),
-    Quantity("young", (), "Young's modulus before hardening", "M/L/T2", stored=True),
-    Quantity("poisson", (), "Poisson's ratio", "1", stored=True),
-    Quantity("hardening", (), "hardening coefficient xi", "1", stored=True),
+    Quantity("F_E", (2, 2), "elastic deformation gradient", "1", lambda s, m: np.eye(2)),
+    Quantity("J_P", (), "plastic volume ratio det F_P", "1", lambda s, m: 1.0, stored=True),
+    Quantity("density", (), "density of Eq. 2", "M/L3", lambda s, m: m.rho, stored=True),
+    Quantity("young", (), "Young's modulus before hardening", "M/L/T2", lambda s, m: m.E, stored=True),
+    Quantity("poisson", (), "Poisson's ratio", "1", lambda s, m: m.nu, stored=True),
+    Quantity("hardening", (), "hardening coefficient xi", "1", lambda s, m: m.xi, stored=True),
     Quantity("von_mises", (), "von Mises stress", "M/L/T2", stored=True),
-    Quantity("mass", (), "mass at unit depth", "M"),
-    Quantity("volume", (), "volume at the start, at unit depth", "L3"),
-    Quantity("mu", (), "Lame parameter mu before hardening", "M/L/T2"),
-    Quantity("lam", (), "Lame parameter lambda before hardening", "M/L/T2"),
+    Quantity("mass", (), "mass at unit depth", "M", lambda s, m: s.mass),
+    Quantity("volume", (), "volume at the start, at unit depth", "L3", lambda s, m: s.volume),
+    Quantity("mu", (), "Lame parameter mu before hardening", "M/L/T2", lambda s, m: m.mu),
+    Quantity("lam", (), "Lame parameter lambda before hardening", "M/L/T2", lambda s, m: m.lam),
+    Quantity("factor", (), "hardening factor of Eq. 1", "1", lambda s, m: 1.0),
     Quantity("force", (2,), "external force b as an acceleration", "L/T2"),
     Quantity("tau", (2, 2), "Kirchhoff stress", "M/L/T2"),
     Quantity("wave_speed2", (), "square of the elastic wave speed", "L2/T2"),
+    # Energy and momentum that each cause gave to the particle in the frame.
+    Quantity("pressing_work", (), "work of the external force b", "M L2/T2"),
+    Quantity("sintering_work", (), "energy by sintering (Eqs. 2 to 9)", "M L2/T2"),
+    Quantity("plastic_work", (), "energy by plastic flow", "M L2/T2"),
+    Quantity("hardening_work", (), "energy by the change of Eq. 1's factor", "M L2/T2"),
+    Quantity("sliding_work", (), "energy by step 8, collision with the floor", "M L2/T2"),
+    Quantity("lifting_work", (), "energy by being moved out of the floor", "M L2/T2"),
+    Quantity("sliding_impulse", (2,), "momentum by step 8, collision with the floor", "M L/T"),
 )
 
 
-def _field(shape: tuple[int, ...], size):
-    """A structure-of-arrays f64 field."""
+def _field(shape: tuple[int, ...], size, kind=float):
+    """A structure-of-arrays field, by default of the run's precision."""
     if shape == ():
-        return ti.field(ti.f64, shape=size)
+        return ti.field(kind, shape=size)
     if len(shape) == 1:
-        return ti.Vector.field(shape[0], ti.f64, shape=size, layout=ti.Layout.SOA)
-    return ti.Matrix.field(*shape, ti.f64, shape=size, layout=ti.Layout.SOA)
+        return ti.Vector.field(shape[0], kind, shape=size, layout=ti.Layout.SOA)
+    return ti.Matrix.field(*shape, kind, shape=size, layout=ti.Layout.SOA)
+
+
+def _fill(field, values: np.ndarray) -> None:
+    """Set a field in its own precision."""
+    field.from_numpy(values.astype(field.to_numpy().dtype))
 
 
 @ti.data_oriented
@@ -64,44 +88,81 @@ class Particles:
             setattr(self, quantity.name, _field(quantity.shape, self.lane_groups * LANES))
 
     def read(self, name: str) -> np.ndarray:
-        """A copy of one quantity, shape (count, *shape)."""
-        return getattr(self, name).to_numpy()[: self.count]
+        """A copy of one quantity as f64, shape (count, *shape)."""
+        return getattr(self, name).to_numpy()[: self.count].astype(np.float64)
 
     def write(self, name: str, values: np.ndarray) -> None:
         """Set one quantity for all particles; the padding repeats the last one."""
         field = getattr(self, name)
-        values = np.asarray(values, dtype=np.float64)
-        field.from_numpy(np.pad(values, [(0, field.shape[0] - self.count)] + [(0, 0)] * (values.ndim - 1), "edge"))
+        values = np.asarray(values)
+        _fill(field, np.pad(values, [(0, field.shape[0] - self.count)] + [(0, 0)] * (values.ndim - 1), "edge"))
+
+    def start(self, scene: Scene, material: Material) -> None:
+        """Give each quantity its first value: undeformed and at rest."""
+        for quantity in PARTICLE_STATE:
+            self.write(quantity.name, np.broadcast_to(quantity.first(scene, material), (self.count, *quantity.shape)))
 
 
 @ti.data_oriented
 class Nodes:
-    """Grid nodes: mass, momentum and velocity, and the floor's signed distance and normal at each."""
+    """Grid nodes: mass, momentum and velocity, and the floor's signed distance and normal at each.
 
-    def __init__(self, distance: np.ndarray, normal: np.ndarray):
+    ``old_momentum`` and ``old_velocity`` are those before forces act.  ``fixed_...`` are the sums in fixed
+    point, where they are taken so.  The last four say what each cause gave in the frame.
+    """
+
+    def __init__(self, distance: np.ndarray, normal: np.ndarray, fixed_point: bool = False):
         self.size = distance.shape
         self.mass = _field((), self.size)
         self.momentum = _field((2,), self.size)
+        self.old_momentum = _field((2,), self.size)
         self.velocity = _field((2,), self.size)
+        self.old_velocity = _field((2,), self.size)
         self.distance = _field((), self.size)
         self.normal = _field((2,), self.size)
-        self.distance.from_numpy(distance)
-        self.normal.from_numpy(normal)
+        fixed_size = self.size if fixed_point else (1, 1)
+        self.fixed_mass = _field((), fixed_size, ti.i64)
+        self.fixed_momentum = _field((2,), fixed_size, ti.i64)
+        self.fixed_old_momentum = _field((2,), fixed_size, ti.i64)
+        self.kinetic_work = _field((), self.size)  # of all that acts on nodes
+        self.damping_work = _field((), self.size)
+        self.contact_work = _field((), self.size)
+        self.contact_impulse = _field((2,), self.size)  # damping's too
+        _fill(self.distance, distance)
+        _fill(self.normal, normal)
 
+
+# What a frame's energy and momentum come to; ``accounts.add_up`` fills it in this order.
+TOTALS = (
+    *("kinetic_energy", "elastic_energy", "pressing_work", "sintering_work", "plastic_work", "hardening_work"),
+    *("sliding_work", "lifting_work", "kinetic_work", "damping_work", "contact_work", "impulse_x", "impulse_y"),
+)
 
 # Why a frame ended; RUNNING means that it did not fail.
-RUNNING, LEFT_GRID, BAD_STRAIN, TOO_MANY_SUBSTEPS = range(4)
+RUNNING, UNSOUND_PARTICLE, TOO_MANY_SUBSTEPS = range(3)
 
 
 @ti.data_oriented
 class Ledger:
-    """What a frame reports back: failure, time, substeps, the range of time steps, particles that ended inside."""
+    """What a frame reports back, and what its substeps hand on.
+
+    The outcome (``status``, ``particle`` at fault), whether substeps are to come (``under_way``), ``elapsed``
+    time, number and smallest of the substeps, how many particles ended inside the floor; of the substep under
+    way the fastest wave and particle, the nodes in use from ``low`` to ``high``, and its length ``dt``; and the
+    frame's TOTALS.
+    """
 
     def __init__(self):
         self.status = ti.field(ti.i32, shape=())
         self.particle = ti.field(ti.i32, shape=())
         self.substeps = ti.field(ti.i32, shape=())
         self.ended_inside = ti.field(ti.i32, shape=())
-        self.elapsed = ti.field(ti.f64, shape=())
-        self.smallest_step = ti.field(ti.f64, shape=())
-        self.top_speed2 = ti.field(ti.f64, shape=())
+        self.under_way = ti.field(ti.i32, shape=())
+        self.elapsed = ti.field(float, shape=())
+        self.smallest_step = ti.field(float, shape=())
+        self.dt = ti.field(float, shape=())
+        self.top_speed2 = ti.field(float, shape=())
+        self.wave_speed2 = ti.field(float, shape=())
+        self.low = ti.Vector.field(2, ti.i32, shape=())
+        self.high = ti.Vector.field(2, ti.i32, shape=())
+        self.totals = ti.Vector.field(len(TOTALS), ti.f64, shape=())

@@ -1,150 +1,99 @@
-"""The nine steps of Fig. 1 in order, and the sintering update between steps 3 and 4 (Sec. 3.4).
+"""The nine steps of Fig. 1 for one particle or node, and the sintering update between steps 3 and 4 (Sec. 3.4).
 
-One kernel call advances one frame on one thread.  Loops inside it run serially and in one order,
-so a run gives the same bits each time; a sweep uses the cores by running many cases at once.
+``serial`` and ``parallel`` loop over these stages in the paper's order; step 2 is ``serial.step_2_volume``.
 """
 
 import taichi as ti
 
 from ..physics import elasticity, plasticity, sintering
 from . import contact, transfer
-from .state import BAD_STRAIN, LANES, LEFT_GRID, RUNNING, TOO_MANY_SUBSTEPS
+from .state import LANES, RUNNING, TOO_MANY_SUBSTEPS, UNSOUND_PARTICLE
 
-
-@ti.kernel
-def advance_frame(
-    particles: ti.template(),
-    nodes: ti.template(),
-    ledger: ti.template(),
-    laws: ti.template(),
-    gravity: ti.f64,
-    damping: ti.f64,
-    sinters: ti.i32,
-):
-    """Advance one frame in substeps whose length follows the stiffness as hardened and sintered.
-
-    ``gravity`` [length/s^2] points down, ``damping`` [1/s] acts on node velocities, ``sinters`` is
-    whether Eqs. 2 to 9 act.  The outcome is in ``ledger``; a failure leaves the frame where it happened.
-    """
-    ti.loop_config(serialize=True)
-    for _ in range(1):
-        elapsed = 0.0
-        substep = 0
-        status = RUNNING
-        culprit = -1
-        ended_inside = 0
-        smallest_step = laws.frame_time
-        top_speed2 = ledger.top_speed2[None]
-
-        while status == RUNNING and elapsed < laws.frame_time:
-            update_stress(particles, laws)
-            status, culprit, wave_speed2, low, high = survey(particles, nodes, laws)
-            remaining = laws.frame_time - elapsed
-            longest = laws.cfl * laws.dx / (ti.sqrt(wave_speed2) + ti.sqrt(top_speed2))
-            if status == RUNNING and remaining / longest > laws.max_substeps - substep:
-                status = TOO_MANY_SUBSTEPS
-            if status == RUNNING:
-                # Equal substeps up to the end of the frame, none of them a sliver.
-                count = ti.max(1.0, ti.ceil(remaining / longest))
-                dt = remaining / count
-                smallest_step = ti.min(smallest_step, dt)
-
-                sinters_now = sinters and (laws.every_substep or substep == 0)
-                top_speed2, inside = advance_substep(
-                    particles, nodes, laws, dt, low, high, gravity, damping, sinters_now
-                )
-                ended_inside += inside
-                substep += 1
-                elapsed += dt
-                if count < 1.5:
-                    elapsed = laws.frame_time
-
-        if status == RUNNING:
-            update_stress(particles, laws)  # what is stored lies on the yield surface
-            for p in range(particles.count):
-                particles.von_mises[p] = von_mises(p, particles, laws)
-        ledger.status[None] = status
-        ledger.particle[None] = culprit
-        ledger.substeps[None] = substep
-        ledger.ended_inside[None] = ended_inside
-        ledger.elapsed[None] = elapsed
-        ledger.smallest_step[None] = smallest_step
-        ledger.top_speed2[None] = top_speed2
+HUGE = 1e30  # beyond what any sound quantity reaches, within what f32 holds
+NOBODY = 2**31 - 1
 
 
 @ti.func
-def advance_substep(
-    particles: ti.template(), nodes: ti.template(), laws: ti.template(), dt, low, high, gravity, damping, sinters_now
-):
-    """The nine steps, on nodes ``low`` to ``high``; stresses are up to date.
-
-    Returns the largest particle speed squared and how many particles ended inside the floor.
-    """
-    clear(nodes, low, high)
-    for p in range(particles.count):
-        transfer.particles_to_grid(p, particles, nodes, laws, dt)  # steps 1 and 3; step 2 is step_2_volume
-    if sinters_now:
-        for p in range(particles.count):
-            sinter(p, particles, laws, dt)
-    for i, j in ti.ndrange((low[0], high[0]), (low[1], high[1])):
-        step_4_and_5_node_velocity(i, j, nodes, laws, dt, gravity, damping)
-    top_speed2 = 0.0
-    ended_inside = 0
-    for p in range(particles.count):
-        speed2, inside = step_6_to_9_particle(p, particles, nodes, laws, dt)
-        top_speed2 = ti.max(top_speed2, speed2)
-        ended_inside += inside
-    return top_speed2, ended_inside
-
-
-@ti.kernel
-def step_2_volume(particles: ti.template(), nodes: ti.template(), laws: ti.template()):
-    """Step 2, at the first substep only: particle density on the grid and from it the volume (Stomakhin)."""
-    ti.loop_config(serialize=True)
-    for _ in range(1):
-        for i, j in ti.ndrange(nodes.size[0], nodes.size[1]):
-            nodes.mass[i, j] = 0.0
-        for p in range(particles.count):
-            transfer.particles_to_grid(p, particles, nodes, laws, 0.0)
-        for p in range(particles.count):
-            density = transfer.grid_mass_at(p, particles, nodes, laws) / laws.dx**2
-            particles.volume[p] = particles.mass[p] / density
+def begin_frame(ledger: ti.template(), laws: ti.template()):
+    """Nothing has happened yet."""
+    ledger.status[None] = RUNNING
+    ledger.particle[None] = NOBODY
+    ledger.substeps[None] = 0
+    ledger.ended_inside[None] = 0
+    ledger.elapsed[None] = 0.0
+    ledger.under_way[None] = 1
+    ledger.smallest_step[None] = laws.frame_time
 
 
 @ti.func
-def update_stress(particles: ti.template(), laws: ti.template()):
+def forget_particle_work(p, particles: ti.template()):
+    """Start the frame's account of particle p."""
+    particles.pressing_work[p] = 0.0
+    particles.sintering_work[p] = 0.0
+    particles.plastic_work[p] = 0.0
+    particles.hardening_work[p] = 0.0
+    particles.sliding_work[p] = 0.0
+    particles.lifting_work[p] = 0.0
+    particles.sliding_impulse[p] = ti.Vector([0.0, 0.0])
+
+
+@ti.func
+def forget_node_work(i, j, nodes: ti.template()):
+    """Start the frame's account of a node."""
+    nodes.kinetic_work[i, j] = 0.0
+    nodes.damping_work[i, j] = 0.0
+    nodes.contact_work[i, j] = 0.0
+    nodes.contact_impulse[i, j] = ti.Vector([0.0, 0.0])
+
+
+@ti.func
+def goes_on(ledger: ti.template()):
+    """Whether the frame has a substep to come."""
+    return ledger.status[None] == RUNNING and ledger.under_way[None] == 1
+
+
+@ti.func
+def update_stress(group, particles: ti.template(), laws: ti.template()):
     """Clamp the trial F_E that step 6 left, harden (Eq. 1), and store the stress that step 3 needs.
 
     Straight-line arithmetic over LANES particles into local arrays, which the compiler vectorises;
     writing the fields inside the first loop would prevent it.
     """
-    for group in range(particles.lane_groups):
-        F00, F01, F10, F11 = lanes(), lanes(), lanes(), lanes()
-        tau_xx, tau_xy, tau_yy = lanes(), lanes(), lanes()
-        J_P, wave_speed2 = lanes(), lanes()
-        for k in range(LANES):
-            p = group * LANES + k
-            trial = particles.F_E[p]
-            R = elasticity.polar_rotation(trial)
-            F_E, ratio = plasticity.clamp_stretches(trial, R, laws.lowest_stretch, laws.highest_stretch)
-            volume_ratio = elasticity.clamp(particles.J_P[p] * ratio, laws.plastic_volume[0], laws.plastic_volume[1])
-            h = elasticity.hardening_factor(
-                particles.hardening[p], volume_ratio, laws.hardening_exponent[0], laws.hardening_exponent[1]
-            )
-            mu, lam = h * particles.mu[p], h * particles.lam[p]
-            tau = elasticity.kirchhoff_stress(F_E, R, mu, lam)
-            F00[k], F01[k], F10[k], F11[k] = F_E[0, 0], F_E[0, 1], F_E[1, 0], F_E[1, 1]
-            tau_xx[k], tau_xy[k], tau_yy[k] = tau[0, 0], tau[0, 1], tau[1, 1]
-            J_P[k] = volume_ratio
-            wave_speed2[k] = ti.select(
-                trial.determinant() > 0.0, (lam + 2.0 * mu) * particles.volume[p] / particles.mass[p], -1.0
-            )
-        for k in range(LANES):
-            p = group * LANES + k
-            particles.F_E[p] = ti.Matrix([[F00[k], F01[k]], [F10[k], F11[k]]])
-            particles.tau[p] = ti.Matrix([[tau_xx[k], tau_xy[k]], [tau_xy[k], tau_yy[k]]])
-            particles.J_P[p] = J_P[k]
-            particles.wave_speed2[p] = wave_speed2[k]
+    F00, F01, F10, F11 = lanes(), lanes(), lanes(), lanes()
+    tau_xx, tau_xy, tau_yy = lanes(), lanes(), lanes()
+    J_P, wave_speed2, factor, plastic, hardened = lanes(), lanes(), lanes(), lanes(), lanes()
+    for k in range(LANES):
+        p = group * LANES + k
+        trial = particles.F_E[p]
+        R = elasticity.polar_rotation(trial)
+        F_E, ratio = plasticity.clamp_stretches(trial, R, laws.lowest_stretch, laws.highest_stretch)
+        volume_ratio = elasticity.clamp(particles.J_P[p] * ratio, laws.plastic_volume[0], laws.plastic_volume[1])
+        h = elasticity.hardening_factor(
+            particles.hardening[p], volume_ratio, laws.hardening_exponent[0], laws.hardening_exponent[1]
+        )
+        mu, lam = h * particles.mu[p], h * particles.lam[p]
+        tau = elasticity.kirchhoff_stress(F_E, R, mu, lam)
+        F00[k], F01[k], F10[k], F11[k] = F_E[0, 0], F_E[0, 1], F_E[1, 0], F_E[1, 1]
+        tau_xx[k], tau_xy[k], tau_yy[k] = tau[0, 0], tau[0, 1], tau[1, 1]
+        J_P[k] = volume_ratio
+        wave_speed2[k] = ti.select(
+            trial.determinant() > 0.0, (lam + 2.0 * mu) * particles.volume[p] / particles.mass[p], -1.0
+        )
+        # Flow: stress on the yield surface times the plastic strain, under the mean factor.  Hardening: what it lifts.
+        factor[k] = h
+        flow = elasticity.work_of_strain(F_E, R, trial - F_E, particles.mu[p], particles.lam[p])
+        plastic[k] = particles.plastic_work[p] - 0.5 * (particles.factor[p] + h) * flow * particles.volume[p]
+        energy = elasticity.energy_density(F_E, R, particles.mu[p], particles.lam[p])
+        hardened[k] = particles.hardening_work[p] + (h - particles.factor[p]) * energy * particles.volume[p]
+    for k in range(LANES):
+        p = group * LANES + k
+        particles.F_E[p] = ti.Matrix([[F00[k], F01[k]], [F10[k], F11[k]]])
+        particles.tau[p] = ti.Matrix([[tau_xx[k], tau_xy[k]], [tau_xy[k], tau_yy[k]]])
+        particles.J_P[p] = J_P[k]
+        particles.wave_speed2[p] = wave_speed2[k]
+        particles.factor[p] = factor[k]
+        particles.plastic_work[p] = plastic[k]
+        particles.hardening_work[p] = hardened[k]
 
 
 @ti.func
@@ -154,55 +103,87 @@ def lanes():
 
 
 @ti.func
-def survey(particles: ti.template(), nodes: ti.template(), laws: ti.template()):
-    """Return (status, particle at fault, largest wave speed squared, and the range of nodes in use).
+def is_sound(p, particles: ti.template(), nodes: ti.template(), laws: ti.template()):
+    """Whether particle p is on the grid, with a finite strain that is not inverted and nu below 0.5.
 
     Comparisons are written so that NaN fails them.
     """
-    status = RUNNING
-    culprit = -1
-    fastest = 0.0
-    lowest = ti.Vector([1e300, 1e300])
-    highest = ti.Vector([-1e300, -1e300])
-    for p in range(particles.count):
-        position = particles.position[p]
-        fastest = ti.max(fastest, particles.wave_speed2[p])
-        lowest = ti.min(lowest, position)
-        highest = ti.max(highest, position)
-        inside = True
-        for d in ti.static(range(2)):
-            inside = inside and position[d] > 2.0 * laws.dx and position[d] < (nodes.size[d] - 3) * laws.dx
-        if not inside:
-            status = LEFT_GRID
-            culprit = p
-        if not (particles.wave_speed2[p] > 0.0 and particles.wave_speed2[p] < 1e300):
-            status = BAD_STRAIN
-            culprit = p
-    low = ti.Vector([0, 0])
-    high = ti.Vector([0, 0])
-    if status == RUNNING:
-        low = ti.floor(lowest / laws.dx, ti.i32) - 2
-        high = ti.floor(highest / laws.dx, ti.i32) + 4
-    return status, culprit, fastest, low, high
+    sound = particles.wave_speed2[p] > 0.0 and particles.wave_speed2[p] < HUGE and particles.poisson[p] < 0.5
+    for d in ti.static(range(2)):
+        place = particles.position[p][d]
+        sound = sound and place > 2.0 * laws.dx and place < (nodes.size[d] - 3) * laws.dx
+    return sound
 
 
 @ti.func
-def clear(nodes: ti.template(), low, high):
-    """Empty the nodes in use."""
-    for i, j in ti.ndrange((low[0], high[0]), (low[1], high[1])):
+def cell_of(p, particles: ti.template(), laws: ti.template()):
+    """Lower left node of the cell that particle p is in; for one that is lost, of one on the grid."""
+    position = particles.position[p]
+    return ti.floor(ti.math.clamp(position / laws.dx, 0.0, 1e6), ti.i32)
+
+
+@ti.func
+def choose_time_step(ledger: ti.template(), laws: ti.template()):
+    """Length of the substep that begins, from the stiffness as hardened and sintered and the fastest particle.
+
+    Equal substeps up to the end of the frame, none of them a sliver.  The survey has to be there.
+    """
+    if ledger.particle[None] != NOBODY:
+        ledger.status[None] = UNSOUND_PARTICLE
+    else:
+        remaining = laws.frame_time - ledger.elapsed[None]
+        longest = laws.cfl * laws.dx / (ti.sqrt(ledger.wave_speed2[None]) + ti.sqrt(ledger.top_speed2[None]))
+        if remaining / longest > laws.max_substeps - ledger.substeps[None]:
+            ledger.status[None] = TOO_MANY_SUBSTEPS
+        else:
+            count = ti.max(1.0, ti.ceil(remaining / longest))
+            ledger.dt[None] = remaining / count
+            ledger.smallest_step[None] = ti.min(ledger.smallest_step[None], ledger.dt[None])
+            ledger.substeps[None] += 1
+            ledger.elapsed[None] += ledger.dt[None]
+            if count < 1.5:
+                ledger.elapsed[None] = laws.frame_time
+                ledger.under_way[None] = 0
+
+
+@ti.func
+def clear(i, j, nodes: ti.template(), laws: ti.template()):
+    """Empty a node."""
+    zero = ti.Vector([0.0, 0.0])
+    if ti.static(laws.summation == "fixed_point"):
+        nodes.fixed_mass[i, j] = 0
+        nodes.fixed_momentum[i, j] = ti.cast(zero, ti.i64)
+        nodes.fixed_old_momentum[i, j] = ti.cast(zero, ti.i64)
+    else:
         nodes.mass[i, j] = 0.0
-        nodes.momentum[i, j] = ti.Vector.zero(ti.f64, 2)
+        nodes.momentum[i, j] = zero
+        nodes.old_momentum[i, j] = zero
 
 
 @ti.func
 def von_mises(p, particles: ti.template(), laws: ti.template()):
     """Eqs. 3 to 5 at particle p, with the moduli as hardened."""
-    h = elasticity.hardening_factor(
-        particles.hardening[p], particles.J_P[p], laws.hardening_exponent[0], laws.hardening_exponent[1]
-    )
+    h = particles.factor[p]
     return elasticity.von_mises_stress(
         particles.F_E[p], particles.J_P[p], h * particles.mu[p], h * particles.lam[p], laws.plane_strain
     )
+
+
+@ti.func
+def elastic_energy(p, particles: ti.template()):
+    """Elastic energy of particle p."""
+    F_E = particles.F_E[p]
+    R = elasticity.polar_rotation(F_E)
+    energy = elasticity.energy_density(F_E, R, particles.mu[p], particles.lam[p])
+    return energy * particles.factor[p] * particles.volume[p]
+
+
+@ti.func
+def kinetic_energy(p, particles: ti.template(), laws: ti.template()):
+    """Kinetic energy of particle p with that of its affine motion: m/2 (|v|^2 + |B|^2 / D)."""
+    own = particles.velocity[p].norm_sqr()
+    affine = particles.affine[p].norm_sqr() / (laws.inertia * laws.dx**2)
+    return 0.5 * particles.mass[p] * (own + affine)
 
 
 @ti.func
@@ -213,6 +194,7 @@ def sinter(p, particles: ti.template(), laws: ti.template(), dt):
     """
     time_step = dt if ti.static(laws.every_substep) else laws.frame_time
     weight = time_step / laws.frame_time if ti.static(laws.hardening_per_time) else 1.0
+    energy = elastic_energy(p, particles)
     sigma_m = von_mises(p, particles, laws)
     b_norm = particles.force[p].norm() * laws.force_weight
     rho = particles.density[p]
@@ -228,20 +210,37 @@ def sinter(p, particles: ti.template(), laws: ti.template(), dt):
     particles.mu[p], particles.lam[p] = elasticity.lame_parameters(particles.young[p], particles.poisson[p])
     if ti.static(laws.volume_follows_density):
         particles.volume[p] = particles.volume[p] * rho / new_rho
+    particles.factor[p] = elasticity.hardening_factor(
+        particles.hardening[p], particles.J_P[p], laws.hardening_exponent[0], laws.hardening_exponent[1]
+    )
+    particles.sintering_work[p] += elastic_energy(p, particles) - energy
 
 
 @ti.func
 def step_4_and_5_node_velocity(i, j, nodes: ti.template(), laws: ti.template(), dt, gravity, damping):
-    """Step 4: velocity from momentum, gravity and damping.  Step 5: collision of the node with the floor."""
-    if nodes.mass[i, j] > 0.0:
-        velocity = nodes.momentum[i, j] / nodes.mass[i, j]
-        velocity[1] -= dt * gravity
-        velocity *= 1.0 / (1.0 + dt * damping)
-        nodes.velocity[i, j] = contact.node_velocity(velocity, nodes.distance[i, j], nodes.normal[i, j], laws)
+    """Step 4: velocity from momentum, gravity and damping.  Step 5: collision of the node with the floor.
+
+    An impulse does its work at the mean of the velocities before and after the substep.
+    """
+    transfer.collect(i, j, nodes, laws)
+    mass = nodes.mass[i, j]
+    if mass > 0.0:
+        pushed = nodes.momentum[i, j] / mass
+        pushed[1] -= dt * gravity
+        damped = pushed * (1.0 / (1.0 + dt * damping))
+        new = contact.node_velocity(damped, nodes.distance[i, j], nodes.normal[i, j], laws)
+        old = nodes.old_momentum[i, j] / mass
+        nodes.velocity[i, j] = new
+        nodes.old_velocity[i, j] = old
+        mean = 0.5 * mass * (old + new)
+        nodes.kinetic_work[i, j] += mean.dot(new - old)
+        nodes.damping_work[i, j] += mean.dot(damped - pushed)
+        nodes.contact_work[i, j] += mean.dot(new - damped)
+        nodes.contact_impulse[i, j] += mass * (new - pushed)
 
 
 @ti.func
-def step_6_to_9_particle(p, particles: ti.template(), nodes: ti.template(), laws: ti.template(), dt):
+def step_6_to_9_particle(p, particles: ti.template(), nodes: ti.template(), laws: ti.template(), dt, gravity):
     """Step 6: trial deformation.  Step 7: velocity.  Step 8: collision.  Step 9: position.
 
     Returns the particle's speed squared, and 1 if it ended inside the floor, else 0.
@@ -249,16 +248,22 @@ def step_6_to_9_particle(p, particles: ti.template(), nodes: ti.template(), laws
     velocity, gradient, affine = transfer.grid_to_particle(p, particles, nodes, laws)
     particles.F_E[p] = particles.F_E[p] + dt * (gradient @ particles.F_E[p])  # step 6; clamped in update_stress
     position = particles.position[p]
+    mass, force = particles.mass[p], particles.force[p]
     inside = 0
     if contact.near_floor(position, nodes, laws):
         distance, normal = contact.floor_at(position, nodes, laws)
-        if distance <= contact.TOUCH * laws.dx:
-            velocity = contact.slide(velocity, normal, laws.friction)  # step 8
+        if distance <= laws.touch:
+            free = velocity
+            velocity = contact.slide(free, normal, laws.friction)  # step 8
+            particles.sliding_work[p] += 0.5 * mass * (velocity.norm_sqr() - free.norm_sqr())
+            particles.sliding_impulse[p] += mass * (velocity - free)
         distance, normal = contact.floor_at(position + dt * velocity, nodes, laws)
         if distance < 0.0:
             inside = 1
             if ti.static(laws.moves_out):
                 position -= distance * normal
+                particles.lifting_work[p] -= mass * gravity * distance * normal[1]
+    particles.pressing_work[p] += dt * mass * force.dot(velocity)
     particles.velocity[p] = velocity  # step 7
     particles.affine[p] = affine
     particles.position[p] = position + dt * velocity  # step 9

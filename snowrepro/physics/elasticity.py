@@ -8,7 +8,7 @@ off-diagonals below 1e-5 and so erases shear that comes in small increments.
 import taichi as ti
 import taichi.math as tm
 
-TINY = 1e-300  # keeps 0/0 out of the closed forms; far below any stretch
+TINY = 1e-30  # keeps 0/0 out of the closed forms; far below any stretch, and held by f32
 EXP_RANGE = 16.5  # |x| that bounded_exp is accurate for
 _EXP_TERMS = 18
 _EXP_HALVINGS = 4
@@ -68,6 +68,22 @@ def kirchhoff_stress(F_E, R, mu, lam):
     J_E = F_E.determinant()
     volumetric = lam * (J_E - 1.0) * J_E
     return 2.0 * mu * (F_E - R) @ F_E.transpose() + ti.Matrix([[volumetric, 0.0], [0.0, volumetric]])
+
+
+@ti.func
+def energy_density(F_E, R, mu, lam):
+    """Fixed corotated energy mu |F_E - R|^2 + lambda/2 (J_E - 1)^2 for each unit of volume at the start."""
+    dilation = F_E.determinant() - 1.0
+    return mu * (F_E - R).norm_sqr() + 0.5 * lam * dilation * dilation
+
+
+@ti.func
+def work_of_strain(F_E, R, dF, mu, lam):
+    """P : dF for each unit of volume at the start, with P = 2 mu (F_E - R) + lambda (J_E - 1) J_E F_E^-T."""
+    pressure = lam * (F_E.determinant() - 1.0)
+    cofactor = ti.Matrix([[F_E[1, 1], -F_E[1, 0]], [-F_E[0, 1], F_E[0, 0]]])
+    P = 2.0 * mu * (F_E - R) + pressure * cofactor
+    return (P * dF).sum()
 
 
 @ti.func

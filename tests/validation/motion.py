@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from snowrepro.config import Config
-from snowrepro.mpm import solver, steps
+from snowrepro.mpm import solver
 from snowrepro.mpm.laws import laws_of
 from snowrepro.scene.build import Scene, floor_and_walls
 
@@ -39,7 +39,7 @@ class Motion:
     """A scene in motion; ``advance`` steps it, ``read`` and ``mean`` look at it."""
 
     def __init__(self, config: Config, scene: Scene, frame_time: float | None = None):
-        solver.start_taichi()
+        solver.start_taichi(config)
         laws = laws_of(config)
         self.laws = dataclasses.replace(laws, frame_time=frame_time) if frame_time else laws
         self.particles, self.nodes, self.ledger = solver.allocate(config, scene, self.laws)
@@ -47,7 +47,7 @@ class Motion:
     def advance(self, frames: int = 1, gravity: float = 0.0, damping: float = 0.0) -> None:
         """So many frames; a failure of the solver is one of the test."""
         for _ in range(frames):
-            steps.advance_frame(self.particles, self.nodes, self.ledger, self.laws, gravity, damping, 0)
+            solver.advance_frame(self.particles, self.nodes, self.ledger, self.laws, gravity, damping, False)
             assert self.ledger.status[None] == 0
 
     def read(self, name: str) -> np.ndarray:
@@ -58,7 +58,7 @@ class Motion:
 
     def set_velocity(self, velocity: np.ndarray, gradient: np.ndarray) -> None:
         """A velocity field at the particles (n, 2), with its gradient (n, 2, 2) in APIC's affine matrices."""
-        inertia = self.laws.apic_inertia * self.laws.dx**2
+        inertia = self.laws.inertia * self.laws.dx**2
         self.particles.write("velocity", velocity)
         self.particles.write("affine", gradient * inertia)
 
@@ -69,6 +69,6 @@ class Motion:
 
     def kinetic_energy(self) -> float:
         """Of the particles, the affine matrices' share included."""
-        inertia = self.laws.apic_inertia * self.laws.dx**2
+        inertia = self.laws.inertia * self.laws.dx**2
         m, v, B = (self.read(name) for name in ("mass", "velocity", "affine"))
         return float(0.5 * (m * ((v**2).sum(axis=1) + (B**2).sum(axis=(1, 2)) / inertia)).sum())

@@ -1,0 +1,114 @@
+"""One frame on one thread, in one kernel: the nine steps in one order, so that a run gives the same bits each time.
+
+A sweep uses the cores by running many cases at once.
+"""
+
+import taichi as ti
+
+from . import steps, transfer
+from .state import RUNNING
+
+
+@ti.kernel
+def advance_frame(
+    particles: ti.template(),
+    nodes: ti.template(),
+    ledger: ti.template(),
+    laws: ti.template(),
+    gravity: float,
+    damping: float,
+    sinters: ti.i32,
+):
+    """Advance one frame in substeps whose length follows the stiffness as hardened and sintered.
+
+    ``gravity`` [length/s^2] points down, ``damping`` [1/s] acts on node velocities, ``sinters`` is
+    whether Eqs. 2 to 9 act.  The outcome is in ``ledger``; a failure leaves the frame where it happened.
+    """
+    ti.loop_config(serialize=True)
+    for _ in range(1):
+        steps.begin_frame(ledger, laws)
+        for p in range(particles.count):
+            steps.forget_particle_work(p, particles)
+        for i, j in ti.ndrange(nodes.size[0], nodes.size[1]):
+            steps.forget_node_work(i, j, nodes)
+        under_way = True
+        while under_way:
+            for group in range(particles.lane_groups):  # behind the last substep too: what is stored has yielded
+                steps.update_stress(group, particles, laws)
+            under_way = steps.goes_on(ledger)
+            if under_way:
+                survey(particles, nodes, ledger, laws)
+                steps.choose_time_step(ledger, laws)
+                under_way = ledger.status[None] == RUNNING
+            if under_way:
+                advance_substep(particles, nodes, ledger, laws, gravity, damping, sinters)
+        if ledger.status[None] == RUNNING:
+            for p in range(particles.count):
+                particles.von_mises[p] = steps.von_mises(p, particles, laws)
+
+
+@ti.func
+def survey(particles: ti.template(), nodes: ti.template(), ledger: ti.template(), laws: ti.template()):
+    """Find the first particle that is not sound, the fastest wave, and the nodes in use."""
+    culprit = steps.NOBODY
+    fastest = 0.0
+    low = ti.Vector([steps.NOBODY, steps.NOBODY])
+    high = ti.Vector([0, 0])
+    for p in range(particles.count):
+        cell = steps.cell_of(p, particles, laws)
+        low = ti.min(low, cell)
+        high = ti.max(high, cell)
+        fastest = ti.max(fastest, particles.wave_speed2[p])
+        if not steps.is_sound(p, particles, nodes, laws):
+            culprit = ti.min(culprit, p)
+    ledger.particle[None] = culprit
+    ledger.wave_speed2[None] = fastest
+    ledger.low[None] = low - 2
+    ledger.high[None] = high + 4
+
+
+@ti.func
+def advance_substep(
+    particles: ti.template(),
+    nodes: ti.template(),
+    ledger: ti.template(),
+    laws: ti.template(),
+    gravity,
+    damping,
+    sinters,
+):
+    """The nine steps, on the nodes in use; stresses are up to date."""
+    dt, low, high = ledger.dt[None], ledger.low[None], ledger.high[None]
+    for i, j in ti.ndrange((low[0], high[0]), (low[1], high[1])):
+        steps.clear(i, j, nodes, laws)
+    for p in range(particles.count):
+        transfer.particles_to_grid(p, particles, nodes, laws, dt)  # steps 1 and 3
+    if sinters and (laws.every_substep or ledger.substeps[None] == 1):
+        for p in range(particles.count):
+            steps.sinter(p, particles, laws, dt)
+    for i, j in ti.ndrange((low[0], high[0]), (low[1], high[1])):
+        steps.step_4_and_5_node_velocity(i, j, nodes, laws, dt, gravity, damping)
+    top_speed2 = 0.0
+    ended_inside = 0
+    for p in range(particles.count):
+        speed2, inside = steps.step_6_to_9_particle(p, particles, nodes, laws, dt, gravity)
+        top_speed2 = ti.max(top_speed2, speed2)
+        ended_inside += inside
+    ledger.top_speed2[None] = top_speed2
+    ledger.ended_inside[None] += ended_inside
+
+
+@ti.kernel
+def step_2_volume(particles: ti.template(), nodes: ti.template(), laws: ti.template()):
+    """Step 2, at the first substep only: particle density on the grid and from it the volume (Stomakhin)."""
+    ti.loop_config(serialize=True)
+    for _ in range(1):
+        for i, j in ti.ndrange(nodes.size[0], nodes.size[1]):
+            steps.clear(i, j, nodes, laws)
+        for p in range(particles.count):
+            transfer.particles_to_grid(p, particles, nodes, laws, 0.0)
+        for i, j in ti.ndrange(nodes.size[0], nodes.size[1]):
+            transfer.collect(i, j, nodes, laws)
+        for p in range(particles.count):
+            density = transfer.grid_mass_at(p, particles, nodes, laws) / laws.dx**2
+            particles.volume[p] = particles.mass[p] / density
