@@ -86,6 +86,15 @@ def test_lame_by_hand():
     assert lam == pytest.approx(38888.888888888891, rel=1e-15)
 
 
+@anything
+@given(st.floats(1.0, 1e9), st.floats(0.0, 0.45))
+def test_lame_gives_back_the_moduli(E, nu):
+    """E = mu (3 lambda + 2 mu) / (lambda + mu), nu = lambda / (2 (lambda + mu))."""
+    mu, lam = lame_of(E, nu)
+    assert mu * (3 * lam + 2 * mu) / (lam + mu) == pytest.approx(E, rel=1e-14)
+    assert lam / (2 * (lam + mu)) == pytest.approx(nu, abs=1e-15)
+
+
 def test_stress_of_uniaxial_stretch_by_hand():
     """F = diag(1.1, 1), mu = 3, lambda = 5: tau_xx = 2*3*0.1*1.1 + 5*0.1*1.1 = 1.21, tau_yy = 0.55."""
     tau = stress_of(1.1, 0.0, 0.0, 1.0, 3.0, 5.0)
@@ -110,6 +119,21 @@ def test_stress_against_twin_under_any_rotation(F, angle):
     F = Q @ F
     tau = np.array(stress_of(*F.ravel(), 3.0, 5.0).to_numpy())
     np.testing.assert_allclose(tau, twin.first_piola(F, 3.0, 5.0) @ F.T, atol=1e-12)
+
+
+@anything
+@given(matrices, angles, angles)
+def test_laws_do_not_depend_on_the_observer(F, seen, laid):
+    """tau(Q F) = Q tau(F) Q^T, tau(F Q) = tau(F) (isotropic), and likewise sigma_m and the clamp, to round-off."""
+    Q, Q_0 = rotation(seen), rotation(laid)
+    F_2 = Q @ F @ Q_0
+    tau, tau_2 = (stress_of(*m.ravel(), 3.0, 5.0).to_numpy() for m in (F, F_2))
+    np.testing.assert_allclose(tau_2, Q @ tau @ Q.T, atol=3e-14)
+    sigma_m, sigma_m_2 = (von_mises_of(*m.ravel(), 0.8, 3.0, 5.0, True) for m in (F, F_2))
+    assert sigma_m_2 == pytest.approx(sigma_m, abs=1e-12)
+    (*F_E, ratio), (*F_E_2, ratio_2) = (clamped_of(*m.ravel(), 0.9, 1.1) for m in (F, F_2))
+    np.testing.assert_allclose(np.reshape(F_E_2, (2, 2)), Q @ np.reshape(F_E, (2, 2)) @ Q_0, atol=1e-14)
+    assert ratio_2 == pytest.approx(ratio, rel=1e-13)
 
 
 def test_von_mises_by_hand():
@@ -141,6 +165,19 @@ def test_plastic_clamp_against_twin(F, angle):
     assert np.linalg.det(F_E) * ratio == pytest.approx(np.linalg.det(F), rel=1e-12)
 
 
+@anything
+@given(matrices, angles)
+def test_plastic_clamp_leaves_what_it_has_clamped(F, angle):
+    """The stretches it returns are within the bounds, and a second return mapping changes nothing."""
+    *F_E, _ = clamped_of(*(rotation(angle) @ F).ravel(), 0.99, 1.005)
+    stretches = np.linalg.svd(np.reshape(F_E, (2, 2)), compute_uv=False)
+    assert stretches.max() <= 1.005 + 1e-14
+    assert stretches.min() >= 0.99 - 1e-14
+    *again, ratio = clamped_of(*F_E, 0.99, 1.005)
+    np.testing.assert_allclose(again, F_E, atol=1e-14)
+    assert ratio == pytest.approx(1.0, abs=1e-13)
+
+
 def test_elastic_points_keep_their_bits():
     """Inside the yield surface F is not rewritten."""
     F = (1.002, 1e-7, -3e-9, 0.995)
@@ -163,6 +200,16 @@ def test_eq6_eq7_eq8_by_hand():
     assert sintered("young", 3 / 7, E_max, -9.0, 0, 0, 0) == pytest.approx(1.4e5 * math.exp(18 / 7), rel=1e-13)
     assert sintered("poisson", 1 / 7, nu_max, 0, 0, 0, 0) == pytest.approx(0.2, rel=1e-14)
     assert sintered("poisson", 1.0, nu_max, 0, 0, 0, 0) == pytest.approx(nu_max, rel=1e-14)
+
+
+@anything
+@given(st.floats(0.05, 0.95), st.floats(-16.0, 16.0), st.floats(0.0, 0.45))
+def test_eq7_starts_where_eq8_was_told(rho_r0, C3, nu0):
+    """Whatever the initial density: E and nu are E0 and nu0 there, and E is E_max in ice, at rho_r = 1."""
+    E_max, nu_max = sintering.maximum_moduli(1.4e5, nu0, rho_r0, C3, as_printed=False)
+    assert sintered("young", rho_r0, E_max, C3, 0, 0, 0) == pytest.approx(1.4e5, rel=1e-13)
+    assert sintered("young", 1.0, E_max, C3, 0, 0, 0) == E_max
+    assert sintered("poisson", rho_r0, nu_max, 0, 0, 0, 0) == pytest.approx(nu0, rel=1e-14)
 
 
 def test_eq8_as_printed():
