@@ -238,7 +238,9 @@ class Experiment(Section):
 
     name: str = Field(min_length=1, description="of the report's folder")
     title: str
-    picture: Literal["strip", "calibration", "shapes", "floors", "setting", "parameters", "timings", "grid"]
+    picture: Literal[
+        "strip", "calibration", "shapes", "floors", "setting", "parameters", "timings", "grid", "convergence", "energy"
+    ]
     frames: tuple[int, ...] = Field((), description="strip: the columns; setting: pressed and falling [frames]")
     calibrated_on: tuple[str, str] | None = Field(
         None, description="strip, grid: shape and floor whose sintered runs the pressures were chosen by"

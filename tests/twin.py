@@ -40,6 +40,12 @@ def first_piola(F, mu, lam):
     return 2 * mu * (F - U @ Vt) + lam * (J - 1) * J * np.linalg.inv(F).T
 
 
+def energy_density(F, mu, lam):
+    """mu |F - R|^2 + lambda/2 (J - 1)^2 of many F (n, 2, 2), from their stretches."""
+    s = np.linalg.svd(F, compute_uv=False)
+    return mu * ((s - 1) ** 2).sum(axis=-1) + 0.5 * lam * (np.linalg.det(F) - 1) ** 2
+
+
 def von_mises(F_E, J_P, mu, lam, plane_strain=True):
     """Eqs. 3 to 5, from the full 3x3 Cauchy stress."""
     J_E = np.linalg.det(F_E)

@@ -12,6 +12,7 @@ import xarray as xr
 
 from ..config import Analysis, Config
 from ..errors import StoreError
+from ..mpm.diagnostics import unclosed_share
 from ..store import runs
 from .fragments import analysis_of, classify_frames
 
@@ -54,6 +55,7 @@ def summarise(dataset: xr.Dataset, analysis: Analysis | None = None) -> dict[str
         "hardening_floored": int(dataset["hardening_floored"].max()),
         "volume_bounded": int(dataset["volume_bounded"].max()),
         "ended_inside": int(dataset["ended_inside"].sum()),
+        "energy_unclosed": unclosed_share(falling),
         "substeps": int(dataset["substeps"].sum()),
         "seconds": float(dataset.attrs.get("wall_seconds", np.nan)),
         "seconds_per_frame": float(dataset.attrs.get("seconds_per_frame", np.nan)),

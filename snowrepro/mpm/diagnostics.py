@@ -123,6 +123,12 @@ def _works(
     }
 
 
+def unclosed_share(dataset: xr.Dataset) -> float:
+    """Energy that no cause explains, frame by frame without sign, as a part of what the causes gave and took."""
+    turned_over = float(sum(abs(dataset[name]).sum() for name in WORKS))
+    return float(abs(dataset["unclosed_energy"]).sum()) / turned_over if turned_over else 0.0
+
+
 def bounded(dataset: xr.Dataset) -> list[str]:
     """One line for each bound of the reading that acted: on how many particles at most, from which frame."""
     lines = []

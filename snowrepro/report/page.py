@@ -11,7 +11,7 @@ from ..analysis.summary import of_runs
 from ..config import Config, Experiment
 from ..mpm.diagnostics import bounded
 from ..store import runs
-from . import calibration, grid, scenes, strip, tables
+from . import calibration, convergence, energy, grid, scenes, strip, tables
 from .evidence import Evidence, in_paper_order, markdown, name_of, opened
 
 # Who draws which picture.
@@ -24,6 +24,8 @@ PICTURES = {
     "parameters": tables.report_parameters,
     "timings": tables.report_timings,
     "grid": grid.report,
+    "convergence": convergence.report,
+    "energy": energy.report,
 }
 MOST_LISTED = 48  # runs; more are in summary.csv alone
 

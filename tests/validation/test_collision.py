@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from snowrepro.composition import compose
-from snowrepro.mpm.diagnostics import elastic_energy
+from tests import twin
 from tests.validation.motion import ELASTIC, Motion, in_space, rings
 
 RHO, E, NU, RADIUS = 100.0, 1e4, 0.3, 8.0
@@ -51,7 +51,7 @@ class Collision:
             np.array([np.average(whole[part], axis=0, weights=self.mass) for part in (slice(n), slice(n, None))])
             for whole in (m.read("velocity"), m.read("position"))
         )
-        elastic = elastic_energy(m.read("F_E"), m.read("mu"), m.read("lam")) @ m.read("volume")
+        elastic = twin.energy_density(m.read("F_E"), m.read("mu"), m.read("lam")) @ m.read("volume")
         return v, x, m.angular_momentum(), m.kinetic_energy() + elastic
 
     def restitution(self) -> float:

@@ -8,10 +8,10 @@ import pytest
 from snowrepro.composition import compose
 from snowrepro.mpm import diagnostics, solver
 from snowrepro.simulation import simulate
+from tests import twin
 from tests.conftest import SMALL
 from tests.validation.motion import ELASTIC, in_space
 from tests.validation.test_elastic import disc
-
 
 HIGH = ["reading.drop_height=30", "loading.frames=40"]
 
@@ -112,3 +112,28 @@ def test_stopping_at_release_is_booked():
     assert float(run.damping_work[21]) == pytest.approx(-float(run.kinetic_energy[20]))
     assert abs(float(run.unclosed_energy[21])) < 0.1 * float(run.kinetic_energy[20] + run.elastic_energy[20])
     assert abs(float(run.unclosed_momentum_x[21])) < 1e-9 * float(run.total_mass[0])
+
+
+def test_energies_are_those_of_the_twin():
+    """Kinetic energy with the affine motion's share, and elastic energy with hardened moduli, by another way."""
+    config = compose(["fidelity=preview"])
+    rng = np.random.default_rng(5)
+    places = disc(6.0, dx=2.0)
+    n = len(places)
+    solver.start_taichi(config)
+    laws = dataclasses.replace(solver.laws_of(config), frame_time=1e-12)
+    particles, nodes, ledger = solver.allocate(config, in_space(config, places * 2, 1.0), laws)
+    particles.write("F_E", np.eye(2) + rng.normal(0, 1e-3, (n, 2, 2)))
+    particles.write("J_P", rng.uniform(0.7, 1.1, n))
+    particles.write("velocity", rng.normal(0, 1, (n, 2)))
+    solver.advance_frame(particles, nodes, ledger, laws, 0.0, 0.0, False)
+    totals = solver.frame_of(1, particles, ledger).totals
+    F, J_P, mu, lam, volume, v, B, mass = (
+        particles.read(name) for name in ("F_E", "J_P", "mu", "lam", "volume", "velocity", "affine", "mass")
+    )
+    h = twin.hardening_factor(5.0, J_P, -16.118, 5)
+    elastic = (twin.energy_density(F, h * mu, h * lam) * volume).sum()
+    kinetic = 0.5 * (mass * ((v**2).sum(axis=1) + (B**2).sum(axis=(1, 2)) / (4.0 / 3.0))).sum()
+    assert np.abs(B).max() > 0.01
+    assert totals["elastic_energy"] == pytest.approx(elastic, rel=1e-10)
+    assert totals["kinetic_energy"] == pytest.approx(kinetic, rel=1e-12)

@@ -1,0 +1,155 @@
+"""What numerical choices do to a figure: one changed at a time, beside the spread of random places."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from ..analysis import claims
+from ..config import Config
+from ..store import runs
+from .drawing import save
+from .evidence import Evidence, Findings, markdown
+
+COLOURS = ("#56B4E9", "#E69F00", "#D55E00")  # of the pressures, rising
+UNSINTERED = "0.45"
+
+
+def report(evidence: Evidence) -> Findings:
+    """Each variant's lumps and claims beside the base's, with the spread over seeds as the yardstick."""
+    base = evidence.configs[0]
+    variants: dict[str, list[Config]] = {}
+    for config in evidence.configs:
+        variants.setdefault(label(config, base), []).append(config)
+    table = evidence.table.set_index("run_id")
+    rows = [_row(name, configs, table, evidence) for name, configs in variants.items()]
+    spread = _spread(rows)
+    for row in rows:
+        row["moves"] = _moves(row, rows[0], spread)
+    frame = pd.DataFrame(rows).drop(columns="lumps")
+    frame.to_csv(evidence.folder / "convergence.csv", index=False, float_format="%.6g", lineterminator="\n")
+    draw(rows, spread, base, evidence)
+    verdict = _verdict(rows)
+    lines = [
+        f"**{verdict}**",
+        "",
+        "![Mass in lumps of each variant at the three pressures](convergence.png)",
+        "",
+        "Dots: mass in lumps with sintering, a colour for each pressure; crosses: the most of any pressure without "
+        "sintering. Bands: the range over the seeds, that is over the particles' random places alone. The line at "
+        "one half is where lumps become more than powder. First row: the run as everywhere else in these reports.",
+        "",
+        *markdown(frame),
+        "",
+        "Claims that hold: C1 lumps grow with pressure, C2 powder at the lowest, C3 lumps at the highest, C4 powder "
+        "without sintering, C5 the effect of sintering grows. Moves: pressures at which the variant lies outside the "
+        "range of the seeds, by how much beyond it. The pressures were chosen on the base's scene and fidelity, so "
+        "a variant that moves C1 to C3 says how far the choice of pressures hangs on it. Unclosed: energy without a "
+        "cause from the release on, part of what was turned over.",
+    ]
+    return Findings(lines, verdict)
+
+
+def label(config: Config, base: Config) -> str:
+    """What a run changes of the base, beside its pressure and sintering: 'solver.cfl=0.2', or 'base'."""
+    changed = [
+        f"{key}={value}"
+        for (key, value), (_, usual) in zip(_settings(config), _settings(base), strict=True)
+        if value != usual
+    ]
+    return ", ".join(changed) or "base"
+
+
+def _settings(config: Config) -> list[tuple[str, Any]]:
+    """The numerical choices of a run."""
+    sections = [(f"{name}.{key}", value) for name in ("solver", "fidelity") for key, value in getattr(config, name)]
+    return [*((key, value) for key, value in sections if key != "fidelity.name"), ("seed", config.seed)]
+
+
+def _row(name: str, configs: Sequence[Config], table: pd.DataFrame, evidence: Evidence) -> dict[str, Any]:
+    """Lumps, claims and cost of one variant."""
+    done = [runs.identify(c) for c in configs if evidence.is_done(c)]
+    own = table.loc[done] if done else table.iloc[:0]
+    sintered = own[own["sintering"] == "paper"].set_index("pressure")["lump_fraction"].sort_index()
+    loose = own[own["sintering"] == "none"]["lump_fraction"]
+    judged = claims.judge(own, calibrated=False, missing=evidence.lost(configs))
+    pressures = sorted({config.pressure for config in configs})
+    return {
+        "variant": name,
+        **{f"{p:g}": float(sintered.get(p, np.nan)) for p in pressures},
+        "unsintered": float(loose.max()) if len(loose) else float("nan"),
+        "claims": " ".join(v.claim for v in judged if v.word == claims.REPRODUCED) or "none",
+        "particles": int(own["particles"].max()) if len(own) else 0,
+        "substeps": int(own["substeps"].mean()) if len(own) else 0,
+        "seconds": float(own["seconds"].mean()),
+        "unclosed": float(own["energy_unclosed"].mean()),
+        "lumps": sintered,
+    }
+
+
+def _is_seed(row: dict[str, Any]) -> bool:
+    """Whether a variant differs by its random places alone."""
+    return row["variant"] == "base" or (row["variant"].startswith("seed=") and "," not in row["variant"])
+
+
+def _spread(rows: Sequence[dict[str, Any]]) -> pd.DataFrame:
+    """Least and most lumps over the seeds, by pressure."""
+    seeds = pd.concat([row["lumps"] for row in rows if _is_seed(row)], axis=1)
+    return pd.DataFrame({"least": seeds.min(axis=1), "most": seeds.max(axis=1)})
+
+
+def _moves(row: dict[str, Any], base: dict[str, Any], spread: pd.DataFrame) -> str:
+    """Where a variant's lumps lie beyond those of all seeds, and how far; and what claims it gains or loses."""
+    if _is_seed(row):
+        return ""
+    told = []
+    for pressure, value in row["lumps"].items():
+        beyond = max(value - spread["most"][pressure], 0.0) + min(value - spread["least"][pressure], 0.0)
+        if beyond:
+            told.append(f"{beyond:+.2f} at {pressure:g}")
+    return ", ".join(told) or "-"
+
+
+def _verdict(rows: Sequence[dict[str, Any]]) -> str:
+    """Which changes move a claim, and which only the numbers."""
+    base, changed = rows[0], [row for row in rows if not _is_seed(row)]
+    kept = base["claims"]
+    seeds = [row["claims"] for row in rows if _is_seed(row)]
+    flips = [f"{row['variant']} ({_difference(kept, row['claims'])})" for row in changed if row["claims"] != kept]
+    numbers = [row["variant"] for row in changed if row["moves"] != "-" and row["claims"] == kept]
+    still = [row["variant"] for row in changed if row["moves"] == "-" and row["claims"] == kept]
+    parts = [f"Of {len(seeds)} seeds {sum(s == kept for s in seeds)} give the claims of the base ({kept})"]
+    for what, names in (
+        ("claims are moved by", flips),
+        ("only numbers, beyond the range of the seeds, by", numbers),
+        ("nothing beyond that range by", still),
+    ):
+        if names:
+            parts.append(f"{what} {', '.join(names)}")
+    return "; ".join(parts) + "."
+
+
+def _difference(kept: str, now: str) -> str:
+    """Claims lost and gained."""
+    lost, gained = sorted(set(kept.split()) - set(now.split())), sorted(set(now.split()) - set(kept.split()) - {"none"})
+    return ", ".join([*(f"-{c}" for c in lost), *(f"+{c}" for c in gained)])
+
+
+def draw(rows: Sequence[dict[str, Any]], spread: pd.DataFrame, base: Config, evidence: Evidence) -> None:
+    """A line for each variant, a dot for each pressure, the seeds' range as bands."""
+    figure = Figure(figsize=(8.5, 0.34 * len(rows) + 1.4), layout="constrained")
+    ax = figure.subplots()
+    for colour, (pressure, band) in zip(COLOURS, spread.iterrows(), strict=False):
+        ax.axvspan(band["least"], band["most"], color=colour, alpha=0.18, lw=0)
+        values = [row["lumps"].get(pressure, np.nan) for row in rows]
+        ax.plot(values, range(len(rows)), "o", color=colour, label=f"pressure {pressure:g}, sintered", zorder=3)
+    loose = [row["unsintered"] for row in rows]
+    ax.plot(loose, range(len(rows)), "x", color=UNSINTERED, label="not sintered, the most")
+    ax.axvline(0.5, color="0.4", lw=0.8, ls=":")
+    ax.set(xlim=(-0.03, 1.03), ylim=(len(rows) - 0.5, -0.5), xlabel="mass in lumps [1]")
+    ax.set_yticks(range(len(rows)), [row["variant"] for row in rows])
+    ax.grid(axis="y", color="0.92", lw=0.6)
+    figure.legend(loc="outside upper center", ncols=4, frameon=False, fontsize=8)
+    save(figure, evidence.folder / "convergence.png")
