@@ -107,7 +107,7 @@ def _moves(row: dict[str, Any], base: dict[str, Any], spread: pd.DataFrame) -> s
     told = []
     for pressure, value in row["lumps"].items():
         beyond = max(value - spread["most"][pressure], 0.0) + min(value - spread["least"][pressure], 0.0)
-        if beyond:
+        if abs(beyond) >= 0.005:
             told.append(f"{beyond:+.2f} at {pressure:g}")
     return ", ".join(told) or "-"
 
