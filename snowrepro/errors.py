@@ -31,7 +31,11 @@ class StoreError(SnowreproError):
 
 
 class Diverged(SnowreproError):
-    """The simulation stopped being one: it says cause, particle, frame and time."""
+    """The simulation stopped being one: it says cause, particle, frame and time; ``frame`` is the one it failed in."""
+
+    def __init__(self, message: str, frame: int):
+        super().__init__(message)
+        self.frame = frame
 
 
 class RunsFailed(SnowreproError):

@@ -12,7 +12,7 @@ from omegaconf import DictConfig
 from .analysis.summary import row_of
 from .composition import validate
 from .config import Config
-from .errors import SnowreproError, StoreError
+from .errors import Diverged, SnowreproError, StoreError
 from .mpm import diagnostics
 from .simulation import Progress, simulate
 from .store import runs
@@ -41,10 +41,12 @@ def run(config: Config, on_progress: Callable[[Progress], None] | None = None) -
             dataset = simulate(config, watch, resume)
             path = runs.save(dataset, config, wall_seconds=watch.seconds(), seconds_per_frame=watch.per_frame())
         except SnowreproError as error:
+            if isinstance(error, Diverged):
+                error = _with_last_good_state(error, config)
             log.error("%s", error)
             with suppress(StoreError):  # a full disk must not hide the first error
                 runs.save_failure(config, str(error))
-            raise
+            raise error from None
         finally:
             runs.forget_progress(config)
         runs.forget_checkpoint(config)
@@ -54,6 +56,24 @@ def run(config: Config, on_progress: Callable[[Progress], None] | None = None) -
         log.info("%s particles, %s substeps, %.1f s", f"{particles:,}", f"{substeps:,}", watch.seconds())
     row_of(config)
     return path
+
+
+def _with_last_good_state(error: Diverged, config: Config) -> Diverged:
+    """Keep the state before the frame that failed as the run's checkpoint, and say so.
+
+    A run repeats its bits, so the state is had by going there again from the last checkpoint.
+    """
+    frame = error.frame - 1
+
+    def keep(progress: Progress) -> None:
+        if progress.frame == frame:
+            runs.save_checkpoint(config, {**progress.checkpoint(), "seconds": np.array(0.0)})
+
+    kept = runs.checkpoint(config)
+    if kept is None or int(kept["frame"]) < frame:
+        with suppress(Diverged):
+            simulate(config, keep, kept)
+    return Diverged(f"{error}; last good state: frame {frame}, in {runs.run_dir(config) / runs.CHECKPOINT}", frame + 1)
 
 
 def run_raw(raw: DictConfig) -> str:

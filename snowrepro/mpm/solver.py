@@ -168,11 +168,12 @@ def _check(ledger: state.Ledger, particles: state.Particles, laws: Laws, frame: 
     if status == state.TOO_MANY_SUBSTEPS:
         raise Diverged(
             f"diverged {where}: the time step fell to {ledger.smallest_step[None]:.2g} s, "
-            f"which needs more than {laws.max_substeps} substeps a frame"
+            f"which needs more than {laws.max_substeps} substeps a frame",
+            frame,
         )
     p = ledger.particle[None]
     x, y = particles.position[p]
-    raise Diverged(f"diverged {where}: particle {p} at ({x:.4g}, {y:.4g}) {_cause(p, particles)}")
+    raise Diverged(f"diverged {where}: particle {p} at ({x:.4g}, {y:.4g}) {_cause(p, particles)}", frame)
 
 
 def _cause(p: int, particles: state.Particles) -> str:
@@ -194,5 +195,6 @@ def _check_volume(particles: state.Particles, config: Config, frame: int) -> Non
     if part > config.solver.max_bounded:
         raise Diverged(
             f"diverged in frame {frame} at t = {frame * config.loading.frame_time:.4g} s: {part:.0%} of the particles "
-            f"are crushed to the lowest J_P, {low:g}, beyond which the law does not describe snow"
+            f"are crushed to the lowest J_P, {low:g}, beyond which the law does not describe snow",
+            frame,
         )

@@ -1,5 +1,6 @@
 """A run that was stopped and goes on gives the same bits as one that never stopped."""
 
+import re
 import subprocess
 import sys
 import time
@@ -10,6 +11,8 @@ import pytest
 import xarray as xr
 
 from snowrepro.composition import compose
+from snowrepro.errors import Diverged
+from snowrepro.mpm.state import PARTICLE_STATE
 from snowrepro.run import run
 from snowrepro.simulation import simulate
 from snowrepro.store import runs
@@ -92,3 +95,25 @@ def test_a_broken_or_foreign_checkpoint_is_not_used(tmp_path, monkeypatch):
     with xr.open_dataset(run(config)) as done:
         assert_same_bits(done.load(), whole)
     assert not path.exists()
+
+
+@pytest.mark.parametrize("checkpoint_seconds", [0, 1000])
+def test_a_diverged_run_leaves_its_last_good_state(tmp_path, checkpoint_seconds):
+    """The state before the frame that failed, whether or not a checkpoint was kept just then."""
+    config = compose([*SMALL, "pressure=1e6", f"store={tmp_path}", f"checkpoint_seconds={checkpoint_seconds}"])
+    with pytest.raises(
+        Diverged, match=r"diverged in frame (\d+) .*; last good state: frame \d+, in .*checkpoint.npz"
+    ) as e:
+        run(config)
+    good = int(re.search(r"good state: frame (\d+)", str(e.value))[1])
+    assert 0 < good == int(re.search(r"in frame (\d+)", str(e.value))[1]) - 1
+    with np.load(runs.run_dir(config) / runs.CHECKPOINT) as kept:
+        assert int(kept["frame"]) == good
+        state = dict(kept)
+    assert all(np.isfinite(state[quantity.name]).all() for quantity in PARTICLE_STATE)
+    seen = {}
+    with pytest.raises(Diverged):
+        simulate(config, lambda progress: seen.update({progress.frame: progress.checkpoint()}))
+    for quantity in PARTICLE_STATE:
+        np.testing.assert_array_equal(state[quantity.name], seen[good][quantity.name])
+    assert not runs.result_path(config).exists()
