@@ -17,9 +17,8 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 WARM_UP = 25  # frames; compiled by then, and the snow is on the floor
-ONE_THREAD = {
-    name: "1" for name in ("TI_CPU_MAX_NUM_THREADS", "NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
-} | {"TI_ARCH": "x64"}
+ONE_THREAD = {name: "1" for name in ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")}
+MPM99_ON_ONE_CORE = {"TI_ARCH": "x64", "TI_CPU_MAX_NUM_THREADS": "1"}  # snowrepro sets them itself
 NEEDS = {"numba": "numba", "warp": "warp"}  # code: package
 
 
@@ -56,9 +55,13 @@ class Case:
 
 @dataclass(frozen=True)
 class Measurement:
-    """Rate [M particle-updates/s], ended peak memory [MB], particles, substeps timed."""
+    """Rates [M particle-updates/s], peak memory [MB] of the process, and what was timed.
+
+    ``rate`` is by the processor's time, which others on the machine disturb less, ``throughput`` by the clock's.
+    """
 
     rate: float
+    throughput: float
     megabytes: float
     particles: int
     substeps: int
@@ -69,7 +72,7 @@ def at_once(cases: list[Case]) -> list[Measurement]:
     processes = []
     for case in cases:
         command = [sys.executable, __file__, json.dumps(asdict(case))]
-        environment = {**os.environ, **ONE_THREAD}
+        environment = {**os.environ, **ONE_THREAD, **(MPM99_ON_ONE_CORE if case.code == "mpm99" else {})}
         processes.append(
             subprocess.Popen(command, env=environment, text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         )
@@ -90,12 +93,13 @@ def measure(case: Case, wait: Callable[[], None] = lambda: None) -> Measurement:
     for _ in range(case.warm_up):
         advance()
     wait()
-    substeps, started = 0, time.perf_counter()
+    substeps, started, started_work = 0, time.perf_counter(), time.process_time()
     while substeps * particles < case.updates * 1e6:
         substeps += advance()
-    seconds = time.perf_counter() - started
+    seconds, worked = time.perf_counter() - started, time.process_time() - started_work
+    done = substeps * particles / 1e6
     megabytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    return Measurement(substeps * particles / seconds / 1e6, megabytes, particles, substeps)
+    return Measurement(done / worked, done / seconds, megabytes, particles, substeps)
 
 
 Start = tuple[int, Callable[[], int]]  # particles, and a call that advances a frame and returns its substeps

@@ -64,14 +64,14 @@ def measure_singles(quick: bool) -> dict[Case, Measurement]:
 
 
 def measure_pairs(quick: bool) -> dict[Case, tuple[float, float]]:
-    """One round of PAIRS: the rate of one process, and the sum of two at once."""
+    """One round of PAIRS: the throughput of one process, and of two at once."""
     result = {}
     for case in PAIRS:
         timed = case.shorter() if quick else case
         (alone,) = at_once([timed])
-        together = sum(measured.rate for measured in at_once([timed, timed]))
+        together = sum(measured.throughput for measured in at_once([timed, timed]))
         print(f"  two at once: {case.name}: {together:.2f} M/s", file=sys.stderr)
-        result[case] = (alone.rate, together)
+        result[case] = (alone.throughput, together)
     return result
 
 
@@ -88,11 +88,14 @@ def report(singles: list[dict[Case, Measurement]], pairs: list[dict[Case, tuple[
         "",
         f"{tables.machine()}; {len(singles)} rounds. `README.md` says what is timed.",
     ]
-    lines += ["", "Median, and least to greatest of the rounds; one process on one thread."]
+    lines += [
+        "",
+        "Median, and least to greatest of the rounds; one process on one thread, in seconds of processor time.",
+    ]
     for scene, title in SCENES.items():
         lines += ["", f"## {title}", "", *tables.of_codes(singles, CODES[scene])]
     lines += ["", "## More particles, and a wider domain around the same snow", "", *tables.of_sizes(singles, SIZES)]
-    lines += ["", "## Two processes at once", "", *tables.of_pairs(pairs, PAIRS)]
+    lines += ["", "## Two processes at once, by the clock", "", *tables.of_pairs(pairs, PAIRS)]
     return lines
 
 

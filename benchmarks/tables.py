@@ -50,7 +50,7 @@ def of_sizes(rounds: Sequence[Round], cases: Sequence[Case]) -> list[str]:
 
 
 def of_pairs(rounds: Sequence[Mapping[Case, tuple[float, float]]], cases: Sequence[Case]) -> list[str]:
-    """Throughput of two processes beside that of one; ``rounds`` hold (rate of one, sum of two)."""
+    """Throughput of two processes beside that of one; ``rounds`` hold (throughput of one, of two)."""
     head = ["case", "one process, M/s", "two at once, M/s", "ratio"]
     rows = [
         [
