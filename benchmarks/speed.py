@@ -1,107 +1,102 @@
-"""Particle-updates a second on one core, beside Taichi's mpm99 example, in turns.
+"""How fast a substep is, beside peers that do the same work.
 
-    python benchmarks/speed.py [--rounds 5]
+    python benchmarks/speed.py [--rounds 5] [--quick] [--write]
 
-Each case runs in a process of its own; the rounds interleave them, and the ratios are taken round by round.
+The rounds interleave all cases, each in a fresh process on one thread, so that ratios hold on a machine
+whose speed drifts.  --quick: one round with a tenth of the work.  --write: also to benchmarks/results.md.
 """
 
 import argparse
-import os
-import resource
-import statistics
-import subprocess
 import sys
-import time
+from pathlib import Path
 
-CASES = ("mpm99", "quadratic", "cubic")
-SECONDS = 4.0  # of timed work a case and round
+import tables
+from cases import Case, Measurement, at_once
+
+SPLINES = ("quadratic", "cubic")
+SCENES = {"ball_on_L": "A ball on a floor", "star_on_square": "A star on a square floor"}
+CODES = {
+    scene: [
+        *(Case("snowrepro", spline, scene=scene, in_full=True) for spline in SPLINES),
+        *(Case("snowrepro", spline, scene=scene) for spline in SPLINES),
+        *(Case("numba", spline, scene=scene) for spline in SPLINES),
+        *(Case("warp", spline, precision, scene) for precision in ("f64", "f32") for spline in SPLINES),
+        Case("mpm99"),
+    ]
+    for scene in SCENES
+}
+# 8, 22, 100 thousand and a million particles: the larger, the shorter the warm-up.
+SIZES = [
+    *(
+        Case("snowrepro", spline, dx=dx, warm_up=warm_up)
+        for dx, warm_up in ((1.0, 25), (0.6077, 10), (0.2855, 5), (0.0903, 1))
+        for spline in SPLINES
+    ),
+    *(Case("snowrepro", spline, width=4.0) for spline in SPLINES),
+]
+PAIRS = [Case("snowrepro", spline) for spline in SPLINES]
+RESULTS = Path(__file__).with_name("results.md")
 
 
 def main() -> None:
-    """Run all rounds and print the table."""
+    """Run all rounds and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--case", choices=CASES, help=argparse.SUPPRESS)
+    parser.add_argument("--quick", action="store_true", help="one round with a tenth of the work")
+    parser.add_argument("--write", action="store_true", help=f"write {RESULTS.name} too")
     options = parser.parse_args()
-    if options.case:
-        print(measure_mpm99() if options.case == "mpm99" else measure_snowrepro(options.case), peak_megabytes())
-        return
-    rounds = []
-    for number in range(options.rounds):
-        rounds.append({case: in_process(case) for case in CASES})
-        shown = ", ".join(f"{case} {rate:.2f}" for case, (rate, _) in rounds[-1].items())
-        print(f"round {number + 1}: {shown}", file=sys.stderr)
-    print("| case | M particle-updates/s (median, min to max) | ratio to mpm99 (median, min to max) | peak MB |")
-    print("|---|---|---|---|")
-    for case in CASES:
-        rates = [r[case][0] for r in rounds]
-        ratios = [r[case][0] / r["mpm99"][0] for r in rounds]
-        memory = max(r[case][1] for r in rounds)
-        print(f"| {case} | {spread(rates)} | {spread(ratios)} | {memory:.0f} |")
+    rounds = 1 if options.quick else options.rounds
+    singles, pairs = [], []
+    for number in range(1, rounds + 1):
+        print(f"round {number} of {rounds}", file=sys.stderr)
+        singles.append(measure_singles(options.quick))
+        pairs.append(measure_pairs(options.quick))
+    text = "\n".join(report(singles, pairs)) + "\n"
+    print(text, end="")
+    if options.write:
+        RESULTS.write_text(text, encoding="utf-8")
 
 
-def in_process(case: str) -> tuple[float, float]:
-    """Rate and peak memory of one case in a fresh process on one thread."""
-    environment = {**os.environ, "TI_CPU_MAX_NUM_THREADS": "1", "TI_ARCH": "x64"}
-    command = [sys.executable, __file__, "--case", case]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
-    rate, memory = done.stdout.split()[-2:]
-    return float(rate), float(memory)
+def measure_singles(quick: bool) -> dict[Case, Measurement]:
+    """One round of all cases that run alone; a case of two tables is measured once."""
+    cases = dict.fromkeys(case for group in (*CODES.values(), SIZES) for case in group if case.installed)
+    return {case: shown(case, *at_once([case.shorter() if quick else case])) for case in cases}
 
 
-def measure_snowrepro(spline: str) -> float:
-    """Everything on: a ball that lands on the floor and flows plastically, with sintering once a frame."""
-    from snowrepro.composition import compose
-    from snowrepro.mpm import diagnostics, solver
-    from snowrepro.mpm.laws import laws_of
-    from snowrepro.scene.build import build_scene
-
-    config = compose(["reading.drop_height=1.5", f"solver.spline={spline}"])
-    scene = build_scene(config)
-    solver.start_taichi(config)
-    laws = laws_of(config)
-    particles, nodes, ledger = solver.allocate(config, scene, laws)
-    particles.velocity.fill([0.0, -30.0])
-    updates, frame, started, row = 0, 0, 0.0, None
-    while not started or time.perf_counter() - started < SECONDS:
-        solver.advance_frame(particles, nodes, ledger, laws, 10.0, 0.0, True)
-        frame += 1
-        row = diagnostics.measure(solver.frame_of(frame, particles, ledger), config, row)
-        if frame == 25:  # compiled, and the snow is on the floor
-            started = time.perf_counter()
-        if frame > 25:
-            updates += ledger.substeps[None] * particles.count
-    yielded = (abs(particles.read("J_P") - 1.0) > 1e-3).mean()
-    assert ledger.status[None] == 0 and yielded > 0.5, "the benchmark's snow must flow"
-    return updates / (time.perf_counter() - started) / 1e6
+def measure_pairs(quick: bool) -> dict[Case, tuple[float, float]]:
+    """One round of PAIRS: the throughput of one process, and of two at once."""
+    result = {}
+    for case in PAIRS:
+        timed = case.shorter() if quick else case
+        (alone,) = at_once([timed])
+        together = sum(measured.throughput for measured in at_once([timed, timed]))
+        print(f"  two at once: {case.name}: {together:.2f} M/s", file=sys.stderr)
+        result[case] = (alone.throughput, together)
+    return result
 
 
-def measure_mpm99() -> float:
-    """Taichi's example as shipped, its own kernels and sizes."""
-    import taichi as ti
-    from taichi.examples.simulation import mpm99
-
-    mpm99.initialize()
-    for _ in range(500):
-        mpm99.substep()
-    ti.sync()
-    updates, started = 0, time.perf_counter()
-    while time.perf_counter() - started < SECONDS:
-        for _ in range(100):
-            mpm99.substep()
-        ti.sync()
-        updates += 100 * mpm99.n_particles
-    return updates / (time.perf_counter() - started) / 1e6
+def shown(case: Case, measured: Measurement) -> Measurement:
+    """Progress."""
+    print(f"  {case.name}, {measured.particles:,} particles: {measured.rate:.2f} M/s", file=sys.stderr)
+    return measured
 
 
-def spread(values: list[float]) -> str:
-    """Median and range."""
-    return f"{statistics.median(values):.2f} ({min(values):.2f} to {max(values):.2f})"
-
-
-def peak_megabytes() -> float:
-    """Largest resident size of this process so far."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+def report(singles: list[dict[Case, Measurement]], pairs: list[dict[Case, tuple[float, float]]]) -> list[str]:
+    """The tables, with what they show."""
+    lines = [
+        "# How fast a substep is",
+        "",
+        f"{tables.machine()}; {len(singles)} rounds. `README.md` says what is timed.",
+    ]
+    lines += [
+        "",
+        "Median, and least to greatest of the rounds; one process on one thread, in seconds of processor time.",
+    ]
+    for scene, title in SCENES.items():
+        lines += ["", f"## {title}", "", *tables.of_codes(singles, CODES[scene])]
+    lines += ["", "## More particles, and a wider domain around the same snow", "", *tables.of_sizes(singles, SIZES)]
+    lines += ["", "## Two processes at once, by the clock", "", *tables.of_pairs(pairs, PAIRS)]
+    return lines
 
 
 if __name__ == "__main__":

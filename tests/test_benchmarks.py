@@ -1,18 +1,63 @@
-"""The benchmark runs; how fast it is, is not tested."""
+"""The benchmarks run, and their peers compute what snowrepro does; how fast they are, is not tested."""
 
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 
+DX = 2.0  # cells: some 2,000 particles
+ROUND_OFF = 1e-11  # of positions, in cells; the peers' exp is another
+
+
+@pytest.mark.parametrize("spline", ["quadratic", "cubic"])
+def test_numba_kernel_computes_the_same(spline):
+    """Frames with impact and plastic flow: same substeps, positions and plastic volumes."""
+    pytest.importorskip("numba")
+    from peers.numba_kernel import Run
+    from snow import GRAVITY, snow
+
+    start = snow("ball_on_L", spline, DX)
+    run = Run(start, spline)
+    first = start.particles["position"]
+    substeps = 0
+    for _ in range(6):
+        expected = start.advance()
+        assert run.advance_frame(GRAVITY) == expected
+        substeps += expected
+    assert substeps > 50
+    assert (np.abs(start.read("J_P") - 1.0) > 1e-3).any(), "the snow must flow"
+    assert np.abs(start.read("position") - first).max() > DX
+    np.testing.assert_allclose(run.particles.position, start.read("position"), rtol=0, atol=ROUND_OFF)
+    np.testing.assert_allclose(run.particles.J_P, start.read("J_P"), rtol=0, atol=ROUND_OFF)
+
+
+@pytest.mark.parametrize("spline", ["quadratic", "cubic"])
+def test_warp_computes_the_same(spline):
+    """Its time step is fixed, so the frames are short enough that snowrepro takes one substep each too."""
+    warp = pytest.importorskip("warp")
+    from peers.warp_mpm import Run
+    from snow import GRAVITY, snow
+
+    start = snow("ball_on_L", spline, DX, frame_time=4e-4)
+    run = Run(start, spline, warp.float64)
+    for _ in range(150):
+        assert start.advance() == 1
+        run.advance_frame(GRAVITY, substeps=1)
+    assert (np.abs(start.read("J_P") - 1.0) > 1e-3).any(), "the snow must flow"
+    for name in ("position", "velocity", "affine"):
+        np.testing.assert_allclose(run.read(name), start.read(name), rtol=0, atol=ROUND_OFF)
+
 
 @pytest.mark.slow
-@pytest.mark.parametrize("spline", ["quadratic", "cubic"])
-def test_speed_of_a_short_case(spline, monkeypatch):
-    """Everything on, with snow that flows, for a moment."""
-    import speed
+@pytest.mark.parametrize("code", ["snowrepro", "numba", "warp", "mpm99"])
+def test_a_case_runs_in_a_process(code):
+    """For a moment, two at once."""
+    from cases import Case, at_once
 
-    monkeypatch.setattr(speed, "SECONDS", 0.1)
-    assert speed.measure_snowrepro(spline) > 0
+    case = Case(code, in_full=code == "snowrepro", warm_up=1, updates=0.1)
+    if not case.installed:
+        pytest.skip(f"{code} is not installed")
+    assert all(measured.rate > 0 and measured.megabytes > 0 for measured in at_once([case, case]))

@@ -1,0 +1,167 @@
+"""What is timed, and how: each case in a fresh process on one thread.
+
+    python benchmarks/cases.py '{"code": "numba", "spline": "cubic"}'
+
+warms up, says "ready", waits for a line, works, and prints its measurement.
+"""
+
+import importlib.util
+import json
+import os
+import resource
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+WARM_UP = 25  # frames; compiled by then, and the snow is on the floor
+ONE_THREAD = {name: "1" for name in ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")}
+MPM99_ON_ONE_CORE = {"TI_ARCH": "x64", "TI_CPU_MAX_NUM_THREADS": "1"}  # snowrepro sets them itself
+NEEDS = {"numba": "numba", "warp": "warp"}  # code: package
+
+
+@dataclass(frozen=True)
+class Case:
+    """One way to compute, and what it computes; see ``snow.snow`` for scene, dx and width."""
+
+    code: str  # snowrepro, numba, warp or mpm99
+    spline: str = "quadratic"
+    precision: str = "f64"
+    scene: str = "ball_on_L"
+    dx: float = 1.0
+    width: float = 1.0
+    in_full: bool = False  # snowrepro: with sintering and diagnostics once a frame
+    warm_up: int = WARM_UP  # frames
+    updates: float = 20.0  # work that is timed [M particle-updates]
+
+    @property
+    def name(self) -> str:
+        """For the tables."""
+        if self.code == "mpm99":
+            return "Taichi's mpm99, quadratic, f32"
+        return f"{self.code}, {self.spline}, {self.precision}{', whole run' if self.in_full else ''}"
+
+    @property
+    def installed(self) -> bool:
+        """Whether the peer is there."""
+        return importlib.util.find_spec(NEEDS.get(self.code, "taichi")) is not None
+
+    def shorter(self) -> "Case":
+        """The same with a tenth of the work."""
+        return replace(self, updates=self.updates / 10)
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """Rates [M particle-updates/s], peak memory [MB] of the process, and what was timed.
+
+    ``rate`` is by the processor's time, which others on the machine disturb less, ``throughput`` by the clock's.
+    """
+
+    rate: float
+    throughput: float
+    megabytes: float
+    particles: int
+    substeps: int
+
+
+def at_once(cases: list[Case]) -> list[Measurement]:
+    """Measure cases in processes of their own that start their timed work together."""
+    processes = []
+    for case in cases:
+        command = [sys.executable, __file__, json.dumps(asdict(case))]
+        environment = {**os.environ, **ONE_THREAD, **(MPM99_ON_ONE_CORE if case.code == "mpm99" else {})}
+        processes.append(
+            subprocess.Popen(command, env=environment, text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        )
+    for process in processes:
+        while (line := process.stdout.readline()) != "ready\n":  # a library may announce itself
+            if not line:
+                raise RuntimeError(f"a case ended with {process.wait()} before it was ready")
+    for process in processes:
+        process.stdin.write("go\n")
+        process.stdin.flush()
+    answers = [process.communicate()[0] for process in processes]
+    return [Measurement(**json.loads(answer.splitlines()[-1])) for answer in answers]
+
+
+def measure(case: Case, wait: Callable[[], None] = lambda: None) -> Measurement:
+    """Warm up, call ``wait``, and time the case's work."""
+    particles, advance = STARTS[case.code](case)
+    for _ in range(case.warm_up):
+        advance()
+    wait()
+    substeps, started, started_work = 0, time.perf_counter(), time.process_time()
+    while substeps * particles < case.updates * 1e6:
+        substeps += advance()
+    seconds, worked = time.perf_counter() - started, time.process_time() - started_work
+    done = substeps * particles / 1e6
+    megabytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    return Measurement(done / worked, done / seconds, megabytes, particles, substeps)
+
+
+Start = tuple[int, Callable[[], int]]  # particles, and a call that advances a frame and returns its substeps
+
+
+def start_snowrepro(case: Case) -> Start:
+    """The solver itself."""
+    from snow import snow
+
+    start = snow(case.scene, case.spline, case.dx, case.width)
+    return len(start.particles["mass"]), lambda: start.advance(case.in_full)
+
+
+def start_numba(case: Case) -> Start:
+    """Plain loops: the same substep and the same numbers."""
+    from peers.numba_kernel import Run
+    from snow import GRAVITY, snow
+
+    run = Run(snow(case.scene, case.spline, case.dx, case.width), case.spline)
+    return len(run.particles.mass), lambda: run.advance_frame(GRAVITY)
+
+
+def start_warp(case: Case) -> Start:
+    """Warp on the CPU, with a time step that is short enough all along."""
+    import warp
+    from peers.warp_mpm import SUBSTEPS, Run
+    from snow import GRAVITY, snow
+
+    real = warp.float64 if case.precision == "f64" else warp.float32
+    run = Run(snow(case.scene, case.spline, case.dx, case.width), case.spline, real)
+
+    def advance() -> int:
+        run.advance_frame(GRAVITY, SUBSTEPS)
+        return SUBSTEPS
+
+    return run.count, advance
+
+
+def start_mpm99(case: Case) -> Start:
+    """Taichi's example as shipped, its own kernels and sizes."""
+    import taichi as ti
+    from taichi.examples.simulation import mpm99
+
+    mpm99.initialize()
+
+    def advance() -> int:
+        for _ in range(20):
+            mpm99.substep()
+        ti.sync()
+        return 20
+
+    return mpm99.n_particles, advance
+
+
+STARTS = {"snowrepro": start_snowrepro, "numba": start_numba, "warp": start_warp, "mpm99": start_mpm99}
+
+
+def _say_ready_and_wait() -> None:
+    print("ready", flush=True)
+    sys.stdin.readline()
+
+
+if __name__ == "__main__":
+    sys.path.insert(0, str(Path(__file__).parent))
+    print(json.dumps(asdict(measure(Case(**json.loads(sys.argv[1])), _say_ready_and_wait))))
