@@ -12,10 +12,13 @@ INERTIA = {"quadratic": 1.0 / 4.0, "cubic": 1.0 / 3.0}  # D / dx^2 of Jiang et a
 
 @ti.func
 def stencil(position, spline: ti.template()):
-    """Return (base, offset): first node of the support and position - base, both per axis."""
-    base = ti.floor(position - 0.5, ti.i32)
+    """Return (base, offset): first node of the support and position - base, both per axis.
+
+    Positions are above 1, so that cast is floor, which would be a library call.
+    """
+    base = ti.cast(position - 0.5, ti.i32)
     if ti.static(spline == "cubic"):
-        base = ti.floor(position, ti.i32) - 1
+        base = ti.cast(position, ti.i32) - 1
     return base, position - base
 
 

@@ -86,6 +86,7 @@ class Particles:
         self.lane_groups = -(-count // LANES)
         for quantity in PARTICLE_STATE:
             setattr(self, quantity.name, _field(quantity.shape, self.lane_groups * LANES))
+        self.gathered = ti.Matrix.field(5, 2, float, shape=self.lane_groups * LANES)  # see grid_to_particle
 
     def read(self, name: str) -> np.ndarray:
         """A copy of one quantity as f64, shape (count, *shape)."""
@@ -114,10 +115,11 @@ class Nodes:
     def __init__(self, distance: np.ndarray, normal: np.ndarray, fixed_point: bool = False):
         self.size = distance.shape
         self.mass = _field((), self.size)
-        self.momentum = _field((2,), self.size)
-        self.old_momentum = _field((2,), self.size)
-        self.velocity = _field((2,), self.size)
-        self.old_velocity = _field((2,), self.size)
+        # x and y side by side, so that one vector instruction takes both.
+        self.momentum = ti.Vector.field(2, float, shape=self.size)
+        self.old_momentum = ti.Vector.field(2, float, shape=self.size)
+        self.velocity = ti.Vector.field(2, float, shape=self.size)
+        self.old_velocity = ti.Vector.field(2, float, shape=self.size)
         self.distance = _field((), self.size)
         self.normal = _field((2,), self.size)
         fixed_size = self.size if fixed_point else (1, 1)

@@ -56,35 +56,41 @@ def goes_on(ledger: ti.template()):
 def update_stress(group, particles: ti.template(), laws: ti.template()):
     """Clamp the trial F_E that step 6 left, harden (Eq. 1), and store the stress that step 3 needs.
 
-    Straight-line arithmetic over LANES particles into local arrays, which the compiler vectorises;
-    writing the fields inside the first loop would prevent it.
+    Straight-line arithmetic over LANES particles into local arrays, which the compiler vectorises; writing
+    the fields in these loops would prevent it.  The factor has one of its own: its long chain of products
+    then overlaps from one particle to the next.
     """
-    F00, F01, F10, F11 = lanes(), lanes(), lanes(), lanes()
-    tau_xx, tau_xy, tau_yy = lanes(), lanes(), lanes()
-    J_P, wave_speed2, factor, plastic, hardened = lanes(), lanes(), lanes(), lanes(), lanes()
+    F00, F01, F10, F11, cos, sin = lanes(), lanes(), lanes(), lanes(), lanes(), lanes()
+    positive, J_P, factor = lanes(), lanes(), lanes()
+    tau_xx, tau_xy, tau_yy, wave_speed2 = lanes(), lanes(), lanes(), lanes()
+    plastic, hardened = lanes(), lanes()
     for k in range(LANES):
         p = group * LANES + k
         trial = particles.F_E[p]
         R = elasticity.polar_rotation(trial)
         F_E, ratio = plasticity.clamp_stretches(trial, R, laws.lowest_stretch, laws.highest_stretch)
-        volume_ratio = elasticity.clamp(particles.J_P[p] * ratio, laws.plastic_volume[0], laws.plastic_volume[1])
-        h = elasticity.hardening_factor(
-            particles.hardening[p], volume_ratio, laws.hardening_exponent[0], laws.hardening_exponent[1]
-        )
-        mu, lam = h * particles.mu[p], h * particles.lam[p]
-        tau = elasticity.kirchhoff_stress(F_E, R, mu, lam)
         F00[k], F01[k], F10[k], F11[k] = F_E[0, 0], F_E[0, 1], F_E[1, 0], F_E[1, 1]
-        tau_xx[k], tau_xy[k], tau_yy[k] = tau[0, 0], tau[0, 1], tau[1, 1]
-        J_P[k] = volume_ratio
-        wave_speed2[k] = ti.select(
-            trial.determinant() > 0.0, (lam + 2.0 * mu) * particles.volume[p] / particles.mass[p], -1.0
+        cos[k], sin[k] = R[0, 0], R[1, 0]
+        positive[k] = ti.select(trial.determinant() > 0.0, 1.0, -1.0)
+        J_P[k] = elasticity.clamp(particles.J_P[p] * ratio, laws.plastic_volume[0], laws.plastic_volume[1])
+    for k in range(LANES):
+        factor[k] = elasticity.hardening_factor(
+            particles.hardening[group * LANES + k], J_P[k], laws.hardening_exponent[0], laws.hardening_exponent[1]
         )
+    for k in range(LANES):
+        p = group * LANES + k
+        F_E = ti.Matrix([[F00[k], F01[k]], [F10[k], F11[k]]])
+        R = ti.Matrix([[cos[k], -sin[k]], [sin[k], cos[k]]])
+        mu, lam = factor[k] * particles.mu[p], factor[k] * particles.lam[p]
+        tau = elasticity.kirchhoff_stress(F_E, R, mu, lam)
+        tau_xx[k], tau_xy[k], tau_yy[k] = tau[0, 0], tau[0, 1], tau[1, 1]
+        wave_speed2[k] = ti.select(positive[k] > 0.0, (lam + 2.0 * mu) * particles.volume[p] / particles.mass[p], -1.0)
         # Flow: stress on the yield surface times the plastic strain, under the mean factor.  Hardening: what it lifts.
-        factor[k] = h
-        flow = elasticity.work_of_strain(F_E, R, trial - F_E, particles.mu[p], particles.lam[p])
-        plastic[k] = particles.plastic_work[p] - 0.5 * (particles.factor[p] + h) * flow * particles.volume[p]
         energy = elasticity.energy_density(F_E, R, particles.mu[p], particles.lam[p])
-        hardened[k] = particles.hardening_work[p] + (h - particles.factor[p]) * energy * particles.volume[p]
+        mean = 0.5 * (particles.factor[p] + factor[k])
+        flow = elasticity.work_of_strain(F_E, R, particles.F_E[p] - F_E, particles.mu[p], particles.lam[p])
+        plastic[k] = particles.plastic_work[p] - mean * flow * particles.volume[p]
+        hardened[k] = particles.hardening_work[p] + (factor[k] - particles.factor[p]) * energy * particles.volume[p]
     for k in range(LANES):
         p = group * LANES + k
         particles.F_E[p] = ti.Matrix([[F00[k], F01[k]], [F10[k], F11[k]]])
@@ -119,7 +125,7 @@ def is_sound(p, particles: ti.template(), nodes: ti.template(), laws: ti.templat
 def cell_of(p, particles: ti.template(), laws: ti.template()):
     """Lower left node of the cell that particle p is in; for one that is lost, of one on the grid."""
     position = particles.position[p]
-    return ti.floor(ti.math.clamp(position / laws.dx, 0.0, 1e6), ti.i32)
+    return ti.cast(ti.math.clamp(position / laws.dx, 0.0, 1e6), ti.i32)
 
 
 @ti.func

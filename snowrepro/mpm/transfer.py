@@ -129,6 +129,8 @@ def grid_to_particle(p, particles: ti.template(), nodes: ti.template(), laws: ti
         slope_y += wx[i] * column_slope
         moment_x += (wx[i] * (i - offset[0])) * column
         moment_y += wx[i] * column_moment
+    # Nothing reads this: adjacent stores are where the compiler starts to look for vectors.
+    particles.gathered[p] = ti.Matrix.rows([velocity, slope_x, slope_y, moment_x, moment_y])
     gradient = ti.Matrix.cols([slope_x, slope_y])
     affine = ti.Matrix.cols([moment_x, moment_y]) * laws.dx
     if ti.static(laws.transfer == "mls"):
