@@ -21,6 +21,10 @@ SMALL = [
 ]
 
 
+def pytest_addoption(parser) -> None:
+    parser.addoption("--validation-page", metavar="FILE", help="write the table beside theory as Markdown")
+
+
 @pytest.fixture
 def taichi() -> None:
     """Taichi as a run starts it."""
