@@ -15,6 +15,7 @@ from .evidence import Evidence, Findings, markdown
 
 COLOURS = ("#56B4E9", "#E69F00", "#D55E00")  # of the pressures, rising
 UNSINTERED = "0.45"
+UNJUDGED = "runs are missing"
 
 
 def report(evidence: Evidence) -> Findings:
@@ -74,13 +75,13 @@ def _row(name: str, configs: Sequence[Config], table: pd.DataFrame, evidence: Ev
     own = table.loc[done] if done else table.iloc[:0]
     sintered = own[own["sintering"] == "paper"].set_index("pressure")["lump_fraction"].sort_index()
     loose = own[own["sintering"] == "none"]["lump_fraction"]
-    judged = claims.judge(own, calibrated=False, missing=evidence.lost(configs))
+    held = " ".join(v.claim for v in claims.judge(own, calibrated=False) if v.word == claims.REPRODUCED)
     pressures = sorted({config.pressure for config in configs})
     return {
         "variant": name,
         **{f"{p:g}": float(sintered.get(p, np.nan)) for p in pressures},
         "unsintered": float(loose.max()) if len(loose) else float("nan"),
-        "claims": " ".join(v.claim for v in judged if v.word == claims.REPRODUCED) or "none",
+        "claims": UNJUDGED if evidence.lost(configs) else held or "none",
         "particles": int(own["particles"].max()) if len(own) else 0,
         "substeps": int(own["substeps"].mean()) if len(own) else 0,
         "seconds": float(own["seconds"].mean()),
@@ -114,7 +115,7 @@ def _moves(row: dict[str, Any], base: dict[str, Any], spread: pd.DataFrame) -> s
 
 def _verdict(rows: Sequence[dict[str, Any]]) -> str:
     """Which changes move a claim, and which only the numbers."""
-    base, changed = rows[0], [row for row in rows if not _is_seed(row)]
+    base, changed = rows[0], [row for row in rows if not _is_seed(row) and row["claims"] != UNJUDGED]
     kept = base["claims"]
     seeds = [row["claims"] for row in rows if _is_seed(row)]
     flips = [f"{row['variant']} ({_difference(kept, row['claims'])})" for row in changed if row["claims"] != kept]
@@ -125,6 +126,7 @@ def _verdict(rows: Sequence[dict[str, Any]]) -> str:
         ("claims are moved by", flips),
         ("only numbers, beyond the range of the seeds, by", numbers),
         ("nothing beyond that range by", still),
+        ("not judged, as runs are missing:", [row["variant"] for row in rows if row["claims"] == UNJUDGED]),
     ):
         if names:
             parts.append(f"{what} {', '.join(names)}")
