@@ -34,8 +34,11 @@ class Diverged(SnowreproError):
     """The simulation stopped being one: it says cause, particle, frame and time; ``frame`` is the one it failed in."""
 
     def __init__(self, message: str, frame: int):
-        super().__init__(message)
+        super().__init__(message, frame)  # both, so that it can be sent between processes
         self.frame = frame
+
+    def __str__(self) -> str:
+        return str(self.args[0])
 
 
 class RunsFailed(SnowreproError):
