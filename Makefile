@@ -11,10 +11,10 @@ reproduce: $(VENV)/installed  ## Figure 5 of the paper into reports/fig5/; EXPER
 	set -e; for name in $(EXPERIMENTS); do $(BIN)/snowrepro run experiment=$$name fidelity=$(FIDELITY); done
 
 test: $(VENV)/installed  ## the fast tests
-	$(BIN)/python -m pytest -m "not slow"
+	$(BIN)/python -m pytest -n auto -m "not slow"
 
 validate: $(VENV)/installed  ## all tests, with a table of what was compared with theory
-	$(BIN)/python -m pytest --validation-page reports/validation/index.md
+	$(BIN)/python -m pytest -n auto --validation-page reports/validation/index.md
 
 lint: $(VENV)/installed
 	$(BIN)/ruff check .
