@@ -237,7 +237,8 @@ def step_4_and_5_node_velocity(i, j, nodes: ti.template(), laws: ti.template(), 
         new = contact.node_velocity(damped, nodes.distance[i, j], nodes.normal[i, j], laws)
         old = nodes.old_momentum[i, j] / mass
         nodes.velocity[i, j] = new
-        nodes.old_velocity[i, j] = old
+        if ti.static(laws.transfer == "pic_flip"):
+            nodes.old_velocity[i, j] = old
         mean = 0.5 * mass * (old + new)
         nodes.kinetic_work[i, j] += mean.dot(new - old)
         nodes.damping_work[i, j] += mean.dot(damped - pushed)

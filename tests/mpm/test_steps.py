@@ -224,3 +224,35 @@ def test_what_stops_being_finite_is_a_failure(taichi, small_config, name, value)
         for _ in range(3):
             serial.advance_frame(particles, nodes, ledger, numbers, 0.0, 0.0, 0)
             solver._check(ledger, particles, numbers, 3)
+
+
+@ti.kernel
+def move(particles: ti.template(), nodes: ti.template(), numbers: ti.template(), dt: ti.f64):
+    ti.loop_config(serialize=True)
+    for p in range(particles.count):
+        steps.step_6_to_9_particle(p, particles, nodes, numbers, dt, 10.0)
+
+
+def test_what_the_floor_does_to_a_particle_is_booked(taichi):
+    """Step 8 on a particle in the surface: Coulomb friction, its work and impulse; the one above feels nothing."""
+    state = cloud(2, dx=1.0)
+    state["position"] = np.array([[15.2, 14.0], [15.2, 17.0]])
+    particles, nodes, _ = place(state)
+    nodes.distance.from_numpy(np.tile(np.arange(SIZE[1]) - 14.0, (SIZE[0], 1)))
+    nodes.velocity.from_numpy(np.tile([3.0, -2.0], (*SIZE, 1)))
+    move(particles, nodes, laws("cubic", friction=0.25), 1e-3)
+    mass = state["mass"]
+    np.testing.assert_allclose(particles.read("velocity"), [[2.5, 0.0], [3.0, -2.0]], atol=1e-12)
+    np.testing.assert_allclose(particles.read("sliding_work"), [0.5 * mass[0] * (2.5**2 - 13.0), 0], atol=1e-10)
+    np.testing.assert_allclose(particles.read("sliding_impulse"), [[-0.5 * mass[0], 2.0 * mass[0]], [0, 0]], atol=1e-10)
+
+
+def test_a_particle_that_is_moved_out_gains_height(taichi):
+    """Half a spacing inside the floor, at rest: it comes to the surface, and the ledger books m g h."""
+    state = cloud(1, dx=1.0)
+    state["position"] = np.array([[15.2, 13.5]])
+    particles, nodes, _ = place(state)
+    nodes.distance.from_numpy(np.tile(np.arange(SIZE[1]) - 14.0, (SIZE[0], 1)))
+    move(particles, nodes, laws("cubic"), 1e-3)
+    assert particles.read("position")[0, 1] == pytest.approx(14.0)
+    assert particles.read("lifting_work")[0] == pytest.approx(state["mass"][0] * 10.0 * 0.5)

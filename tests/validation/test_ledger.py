@@ -10,7 +10,7 @@ from snowrepro.mpm import diagnostics, solver
 from snowrepro.simulation import simulate
 from tests import twin
 from tests.conftest import SMALL
-from tests.validation.motion import ELASTIC, in_space
+from tests.validation.motion import ELASTIC, Motion, in_space, over_floor
 from tests.validation.test_elastic import disc
 
 HIGH = ["reading.drop_height=30", "loading.frames=40"]
@@ -137,3 +137,28 @@ def test_energies_are_those_of_the_twin():
     assert np.abs(B).max() > 0.01
     assert totals["elastic_energy"] == pytest.approx(elastic, rel=1e-10)
     assert totals["kinetic_energy"] == pytest.approx(kinetic, rel=1e-12)
+
+
+def test_friction_takes_what_a_sliding_block_loses(compare):
+    """Stiff snow on a flat floor with mu = 0.3: the floor's work is - mu m g times the way, and the speed's loss."""
+    config = compose([*ELASTIC, "reading.contact=coulomb", "reading.friction=0.3", "material.E=1e7"])
+    places = np.stack(np.meshgrid(np.arange(60.25, 84, 0.5), np.arange(12.55, 20, 0.5)), axis=-1).reshape(-1, 2)
+    motion = Motion(config, over_floor(config, places, 0.25, 60.0))
+    motion.advance(50, 10.0, damping=20.0)
+    n = len(places)
+    motion.set_velocity(np.tile([8.0, 0.0], (n, 1)), np.zeros((n, 2, 2)))
+    start, first, floor = motion.kinetic_energy(), motion.mean("position")[0], 0.0
+    for _ in range(60):
+        motion.advance(gravity=10.0)
+        totals = solver.frame_of(1, motion.particles, motion.ledger).totals
+        floor += totals["contact_work"] + totals["sliding_work"]
+    way = motion.mean("position")[0] - first
+    weight = n * 0.25 * 100.0 * 10.0
+    assert way > 4
+    compare("sliding block: work of the floor over - mu m g times the way", floor / (-0.3 * weight * way), 1, rel=0.01)
+    compare(
+        "sliding block: work of the floor over the kinetic energy lost",
+        floor / (motion.kinetic_energy() - start),
+        1,
+        rel=0.02,
+    )

@@ -143,3 +143,25 @@ def test_wave_speed_of_a_hardened_point():
     point.deform(np.eye(2))
     expected = np.exp(XI * 0.1) * (LAM + 2 * MU) / RHO
     assert point.read("wave_speed2")[0] == pytest.approx(expected, rel=1e-13)
+
+
+def test_the_ledger_of_a_point_that_yields_closes(compare):
+    """Energy gained = work of the strain + plastic flow + hardening, along a compression to 0.8 in 4,000 steps.
+
+    The work is the integral of tau_xx d ln s by the trapezium rule; the energy is the twin's.
+    """
+    point, before, tau, work = Points(1), 1.0, 0.0, 0.0
+    for s in np.linspace(1, 0.8, 4001)[1:]:
+        point.deform(np.diag([s / before, 1.0]))
+        now = point.read("tau")[0, 0, 0]
+        work += 0.5 * (tau + now) * np.log(s / before)
+        before, tau = s, now
+    h = np.exp(XI * (1 - point.read("J_P")[0]))
+    gained = twin.energy_density(point.read("F_E"), h * MU, h * LAM)[0]
+    flow, hardening = point.read("plastic_work")[0], point.read("hardening_work")[0]
+    assert flow < 0 < hardening < gained < -flow
+    compare(
+        "compression path: energy without a cause, of the work", (gained - work - flow - hardening) / work, 0, abs=1e-4
+    )
+    closed = (np.exp(XI * (1 - 0.8 / 0.99)) - 1) * twin.energy_density(np.diag([0.99, 1.0])[None], MU, LAM)[0]
+    compare("compression path: energy by hardening", hardening, closed, rel=1e-3)
