@@ -49,7 +49,7 @@ class Laws(NamedTuple):
     """Constants of a run."""
 
     dx: float
-    apic_inertia: float  # D / dx^2
+    inertia: float  # D / dx^2
     cfl: float
     frame_time: float
     lowest_stretch: float
@@ -191,7 +191,7 @@ def particles_to_grid(particles, nodes, laws, spline, dt):
         vx = particles.velocity[p, 0] + dt * particles.force[p, 0]
         vy = particles.velocity[p, 1] + dt * particles.force[p, 1]
         # Change of momentum from one node to the next: m B D^-1 dx.
-        scale = m * inverse_dx / laws.apic_inertia
+        scale = m * inverse_dx / laws.inertia
         a_xx, a_xy = particles.affine[p, 0, 0] * scale, particles.affine[p, 0, 1] * scale
         a_yx, a_yy = particles.affine[p, 1, 0] * scale, particles.affine[p, 1, 1] * scale
         weight = dt * particles.volume[p]
@@ -334,7 +334,7 @@ class Run:
         self.nodes = Nodes(np.zeros((*size, 3)), np.zeros((*size, 2)), start.distance, start.normal)
         stretches = (laws.lowest_stretch, laws.highest_stretch)
         bounds = (*stretches, *laws.hardening_exponent, *laws.plastic_volume)
-        self.laws = Laws(laws.dx, laws.apic_inertia, laws.cfl, laws.frame_time, *bounds, laws.friction)
+        self.laws = Laws(laws.dx, laws.inertia, laws.cfl, laws.frame_time, *bounds, laws.friction)
         self.spline = SPLINES[spline]
         self.top_speed2 = 0.0
 

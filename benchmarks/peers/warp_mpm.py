@@ -256,7 +256,7 @@ class Run:
         for _ in range(substeps):
             self._launch(stages.stress, self.count, "F_E J_P tau mu lam hardening", *self.bounds)
             self.sums.zero_()
-            scales = (1.0 / laws.dx, laws.apic_inertia, dt)
+            scales = (1.0 / laws.dx, laws.inertia, dt)
             transferred = "position velocity affine tau force mass volume"
             self._launch(stages.particles_to_grid, self.count, transferred, self.sums, *scales)
             node_laws = (laws.dx, dt, gravity, laws.friction)

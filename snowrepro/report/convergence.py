@@ -28,8 +28,9 @@ def report(evidence: Evidence) -> Findings:
     rows = [_row(name, configs, table, evidence) for name, configs in variants.items()]
     spread = _spread(rows)
     for row in rows:
-        row["moves"] = _moves(row, rows[0], spread)
-    frame = pd.DataFrame(rows).drop(columns="lumps")
+        row["beyond"] = pd.Series(dtype=float) if _is_seed(row) else _beyond(row["lumps"], spread)
+        row["moves"] = ", ".join(f"{by:+.2f} at {pressure:g}" for pressure, by in row["beyond"].items())
+    frame = pd.DataFrame(rows).drop(columns=["lumps", "beyond"])
     frame.to_csv(evidence.folder / "convergence.csv", index=False, float_format="%.6g", lineterminator="\n")
     draw(rows, spread, base, evidence)
     verdict = _verdict(rows)
@@ -101,16 +102,12 @@ def _spread(rows: Sequence[dict[str, Any]]) -> pd.DataFrame:
     return pd.DataFrame({"least": seeds.min(axis=1), "most": seeds.max(axis=1)})
 
 
-def _moves(row: dict[str, Any], base: dict[str, Any], spread: pd.DataFrame) -> str:
-    """Where a variant's lumps lie beyond those of all seeds, and how far; and what claims it gains or loses."""
-    if _is_seed(row):
-        return ""
-    told = []
-    for pressure, value in row["lumps"].items():
-        beyond = max(value - spread["most"][pressure], 0.0) + min(value - spread["least"][pressure], 0.0)
-        if abs(beyond) >= 0.005:
-            told.append(f"{beyond:+.2f} at {pressure:g}")
-    return ", ".join(told) or "-"
+def _beyond(lumps: pd.Series, spread: pd.DataFrame) -> pd.Series:
+    """How far a variant's lumps lie beyond those of all seeds, by pressure, where they do."""
+    above = (lumps - spread["most"]).clip(lower=0.0)
+    below = (lumps - spread["least"]).clip(upper=0.0)
+    beyond = (above + below).dropna()
+    return beyond[beyond.abs() >= 0.005]
 
 
 def _verdict(rows: Sequence[dict[str, Any]]) -> str:
@@ -119,8 +116,10 @@ def _verdict(rows: Sequence[dict[str, Any]]) -> str:
     kept = base["claims"]
     seeds = [row["claims"] for row in rows if _is_seed(row)]
     flips = [f"{row['variant']} ({_difference(kept, row['claims'])})" for row in changed if row["claims"] != kept]
-    numbers = [row["variant"] for row in changed if row["moves"] != "-" and row["claims"] == kept]
-    still = [row["variant"] for row in changed if row["moves"] == "-" and row["claims"] == kept]
+    moved = [row for row in changed if len(row["beyond"]) and row["claims"] == kept]
+    moved.sort(key=lambda row: -row["beyond"].abs().max())
+    numbers = [f"{row['variant']} ({max(row['beyond'], key=abs):+.2f})" for row in moved]
+    still = [row["variant"] for row in changed if not len(row["beyond"]) and row["claims"] == kept]
     parts = [f"Of {len(seeds)} seeds {sum(s == kept for s in seeds)} give the claims of the base ({kept})"]
     for what, names in (
         ("claims are moved by", flips),

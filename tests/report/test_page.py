@@ -181,12 +181,12 @@ def test_convergence_tells_what_moves_beyond_the_seeds(tmp_path):
     findings = convergence.report(evidence)
     assert "Of 2 seeds 2 give the claims of the base (C1 C2 C3 C4 C5)" in findings.verdict
     assert "claims are moved by solver.cfl=0.2 (-C2);" in findings.verdict
-    assert "only numbers, beyond the range of the seeds, by fidelity.dx=2.0;" in findings.verdict
+    assert "only numbers, beyond the range of the seeds, by fidelity.dx=2.0 (+0.05);" in findings.verdict
     assert "nothing beyond that range by solver.precision=f32;" in findings.verdict
     assert findings.verdict.endswith("not judged, as runs are missing: solver.transfer=mls.")
     table = pd.read_csv(tmp_path / "convergence.csv").set_index("variant")
     assert list(table.index)[:2] == ["base", "seed=1"]
     assert table.loc["solver.cfl=0.2", "moves"] == "+0.30 at 340"
     assert table.loc["fidelity.dx=2.0", "moves"] == "+0.05 at 3300"
-    assert table.loc["solver.precision=f32", "moves"] == "-"
+    assert pd.isna(table.loc["solver.precision=f32", "moves"])
     assert (tmp_path / "convergence.png").exists()
