@@ -51,10 +51,10 @@ def main() -> None:
         print(f"round {number} of {rounds}", file=sys.stderr)
         singles.append(measure_singles(options.quick))
         pairs.append(measure_pairs(options.quick))
-    text = "\n".join(report(singles, pairs)) + "\n"
+        text = "\n".join(report(singles, pairs)) + "\n"
+        if options.write:  # after each round: a stop loses no more than one
+            RESULTS.write_text(text, encoding="utf-8")
     print(text, end="")
-    if options.write:
-        RESULTS.write_text(text, encoding="utf-8")
 
 
 def measure_singles(quick: bool) -> dict[Case, Measurement]:
