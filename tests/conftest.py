@@ -10,6 +10,7 @@ import xarray as xr
 from snowrepro.composition import compose
 from snowrepro.config import Config
 from snowrepro.simulation import simulate
+from tests.validation import table
 
 # A run that ends in seconds: coarse, short, and with all that a long one has.
 SMALL = [
@@ -23,6 +24,20 @@ SMALL = [
 
 def pytest_addoption(parser) -> None:
     parser.addoption("--validation-page", metavar="FILE", help="write the table beside theory as Markdown")
+
+
+def pytest_terminal_summary(terminalreporter, config) -> None:
+    """The table beside theory, once: not in the processes that the tests are spread over."""
+    rows = table.rows_of(report for group in terminalreporter.stats.values() for report in group)
+    if not rows or hasattr(config, "workerinput"):
+        return
+    terminalreporter.section("validation against theory")
+    for line in table.as_text(rows):
+        terminalreporter.write_line(line)
+    page = config.getoption("--validation-page")
+    if page:
+        table.write_page(Path(page), rows)
+        terminalreporter.write_line(f"page: {page}")
 
 
 @pytest.fixture
