@@ -32,7 +32,7 @@ def write_page(path: Path, rows: list[Row]) -> None:
         "`make validate` writes this page. What each row means, and why its tolerance is what it is, is said in the "
         "test of the same subject in `tests/validation/`.",
         "",
-        *("| " + " | ".join(row) + " |" for row in (HEAD, ("---",) * len(HEAD), *rows)),
+        *("| " + " | ".join(c.replace("|", "\\|") for c in row) + " |" for row in (HEAD, ("---",) * len(HEAD), *rows)),
     ]
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
