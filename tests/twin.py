@@ -83,10 +83,10 @@ def neighbours(kind, x, dx):
             yield (i, j), wx * wy, np.array([gx * wy, wx * gy]) / dx
 
 
-def substep(state, size, dx, kind, dt, gravity):
+def substep(state, size, dx, kind, dt, gravity, transfer="apic", flip=0.95):
     """One substep without floor and sintering on a dict of arrays; returns the new dict."""
     inertia = dx**2 * (1 / 3 if kind == "cubic" else 1 / 4)
-    mass, momentum = np.zeros(size), np.zeros((*size, 2))
+    mass, momentum, old_momentum = np.zeros(size), np.zeros((*size, 2)), np.zeros((*size, 2))
     s = {name: values.copy() for name, values in state.items()}
     for p in range(len(s["mass"])):
         s["F_E"][p], s["J_P"][p] = clamp_plastic(s["F_E"][p], s["J_P"][p], 1 - 1e-2, 1 + 5e-3)
@@ -94,18 +94,27 @@ def substep(state, size, dx, kind, dt, gravity):
         P = first_piola(s["F_E"][p], h * s["mu"][p], h * s["lam"][p])
         for node, w, gradient in neighbours(kind, s["position"][p], dx):
             arm = np.array(node) * dx - s["position"][p]
-            velocity = s["velocity"][p] + s["affine"][p] @ arm / inertia + dt * s["force"][p]
+            velocity = s["velocity"][p] + s["affine"][p] @ arm / inertia
             mass[node] += w * s["mass"][p]
-            momentum[node] += w * s["mass"][p] * velocity
-            momentum[node] -= dt * s["volume"][p] * P @ s["F_E"][p].T @ gradient
-    velocity = np.divide(momentum, mass[..., None], out=np.zeros_like(momentum), where=mass[..., None] > 0)
+            old_momentum[node] += w * s["mass"][p] * velocity
+            momentum[node] += w * s["mass"][p] * (velocity + dt * s["force"][p])
+            slope = w * arm / inertia if transfer == "mls" else gradient
+            momentum[node] -= dt * s["volume"][p] * P @ s["F_E"][p].T @ slope
+    held = mass[..., None] > 0
+    old_velocity = np.divide(old_momentum, mass[..., None], out=np.zeros_like(momentum), where=held)
+    velocity = np.divide(momentum, mass[..., None], out=np.zeros_like(momentum), where=held)
     velocity[..., 1] -= dt * gravity
     for p in range(len(s["mass"])):
-        v, grad, B = np.zeros(2), np.zeros((2, 2)), np.zeros((2, 2))
+        v, change, grad, B = np.zeros(2), np.zeros(2), np.zeros((2, 2)), np.zeros((2, 2))
         for node, w, gradient in neighbours(kind, s["position"][p], dx):
             v += w * velocity[node]
+            change += w * (velocity[node] - old_velocity[node])
             grad += np.outer(velocity[node], gradient)
             B += w * np.outer(velocity[node], np.array(node) * dx - s["position"][p])
+        if transfer == "mls":
+            grad = B / inertia
+        if transfer == "pic_flip":
+            v, B = (1 - flip) * v + flip * (s["velocity"][p] + change), np.zeros((2, 2))
         s["F_E"][p] = s["F_E"][p] + dt * grad @ s["F_E"][p]
         s["velocity"][p], s["affine"][p] = v, B
         s["position"][p] += dt * v

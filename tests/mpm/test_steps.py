@@ -119,14 +119,19 @@ def test_linear_velocity_fields_come_back_exactly(taichi, spline):
     np.testing.assert_allclose(particles.read("affine"), np.tile(G * inertia, (50, 1, 1)), atol=1e-12)
 
 
+@pytest.mark.parametrize("transfer", ["apic", "mls", "pic_flip"])
 @pytest.mark.parametrize("spline", SPLINES)
-def test_one_substep_equals_the_twin(taichi, spline):
+def test_one_substep_equals_the_twin(taichi, spline, transfer):
     """Steps 1 to 9 with plastic flow, hardening, external force and gravity, against NumPy."""
     dt = 2e-4
     state = cloud(60, dx=1.0, seed=3)
-    expected = twin.substep(state, SIZE, 1.0, spline, dt, gravity=10.0)
+    if transfer == "pic_flip":
+        state["affine"] *= 0
+    expected = twin.substep(state, SIZE, 1.0, spline, dt, 10.0, transfer)
     particles, nodes, ledger = place(state)
-    serial.advance_frame(particles, nodes, ledger, laws(spline, frame_time=dt, cfl=1.0), 10.0, 0.0, 0)
+    serial.advance_frame(
+        particles, nodes, ledger, laws(spline, frame_time=dt, cfl=1.0, transfer=transfer), 10.0, 0.0, 0
+    )
     assert ledger.substeps[None] == 1
     assert ledger.status[None] == 0
     for name in ("position", "velocity", "affine"):
