@@ -59,7 +59,7 @@ def run(config: Config, on_progress: Callable[[Progress], None] | None = None) -
 
 
 def _with_last_good_state(error: Diverged, config: Config) -> Diverged:
-    """Keep the state before the frame that failed as the run's checkpoint, and say so.
+    """Keep the state before the frame that failed as the run's checkpoint, and say so if that was possible.
 
     A run repeats its bits, so the state is had by going there again from the last checkpoint.
     """
@@ -71,9 +71,13 @@ def _with_last_good_state(error: Diverged, config: Config) -> Diverged:
 
     kept = runs.checkpoint(config)
     if kept is None or int(kept["frame"]) < frame:
-        with suppress(Diverged):
+        with suppress(Diverged, StoreError):  # a full disk must not hide the first error
             simulate(config, keep, kept)
-    return Diverged(f"{error}; last good state: frame {frame}, in {runs.run_dir(config) / runs.CHECKPOINT}", frame + 1)
+        kept = runs.checkpoint(config)
+    if kept is None:
+        return error
+    where = runs.run_dir(config) / runs.CHECKPOINT
+    return Diverged(f"{error}; last good state: frame {int(kept['frame'])}, in {where}", error.frame)
 
 
 def run_raw(raw: DictConfig) -> str:

@@ -7,12 +7,15 @@ threads; all else that is shared are minima, maxima and counts.
 import taichi as ti
 
 from . import steps, transfer
-from .state import RUNNING
+from .laws import Laws
+from .state import RUNNING, Ledger, Nodes, Particles
 
 AHEAD = 8  # substeps launched before looking whether the frame has ended; those beyond its end do nothing
 
 
-def advance_frame(particles, nodes, ledger, laws, gravity: float, damping: float, sinters: int) -> None:
+def advance_frame(
+    particles: Particles, nodes: Nodes, ledger: Ledger, laws: Laws, gravity: float, damping: float, sinters: int
+) -> None:
     """Advance one frame; the parameters and the outcome are those of ``serial.advance_frame``."""
     begin(particles, nodes, ledger, laws)
     while ledger.status[None] == RUNNING and ledger.under_way[None]:

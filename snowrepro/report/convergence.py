@@ -32,7 +32,7 @@ def report(evidence: Evidence) -> Findings:
         row["moves"] = ", ".join(f"{by:+.2f} at {pressure:g}" for pressure, by in row["beyond"].items())
     frame = pd.DataFrame(rows).drop(columns=["lumps", "beyond"])
     frame.to_csv(evidence.folder / "convergence.csv", index=False, float_format="%.6g", lineterminator="\n")
-    draw(rows, spread, base, evidence)
+    draw(rows, spread, evidence)
     verdict = _verdict(rows)
     lines = [
         f"**{verdict}**",
@@ -138,7 +138,7 @@ def _difference(kept: str, now: str) -> str:
     return ", ".join([*(f"-{c}" for c in lost), *(f"+{c}" for c in gained)])
 
 
-def draw(rows: Sequence[dict[str, Any]], spread: pd.DataFrame, base: Config, evidence: Evidence) -> None:
+def draw(rows: Sequence[dict[str, Any]], spread: pd.DataFrame, evidence: Evidence) -> None:
     """A line for each variant, a dot for each pressure, the seeds' range as bands."""
     figure = Figure(figsize=(8.5, 0.34 * len(rows) + 1.4), layout="constrained")
     ax = figure.subplots()

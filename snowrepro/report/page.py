@@ -27,6 +27,7 @@ PICTURES = {
     "convergence": convergence.report,
     "energy": energy.report,
 }
+FOLDERS = ("store=", "reports=")  # of whoever made the report, and nothing to redo it by
 MOST_LISTED = 48  # runs; more are in summary.csv alone
 
 # Columns of the summary that the page shows, and their heads.
@@ -73,7 +74,8 @@ def write_report(configs: Sequence[Config], overrides: Sequence[str]) -> Report:
     if experiment.needs_runs:
         evidence.table.to_csv(folder / "summary.csv", index=False, float_format="%.6g", lineterminator="\n")
         page += [*_runs(evidence), *_reading(configs[0])]
-    page += ["## Where this comes from", "", f"Redo: `snowrepro run {shlex.join(overrides)}`", ""]
+    command = shlex.join(o for o in overrides if not o.startswith(FOLDERS))
+    page += ["## Where this comes from", "", f"Redo: `snowrepro run {command}`", ""]
     if done:
         with opened(done[0]) as dataset:
             page += [f"- {key}: {dataset.attrs[key]}" for key in ("versions", "git_state", "machine", "created")]

@@ -5,7 +5,7 @@ import pytest
 
 from snowrepro.composition import compose
 from snowrepro.errors import ConfigError, Diverged
-from snowrepro.mpm import solver
+from snowrepro.mpm import diagnostics, solver
 from snowrepro.mpm.laws import laws_of
 from snowrepro.scene.build import build_scene
 from snowrepro.simulation import simulate
@@ -68,6 +68,7 @@ def test_each_transfer_conserves(transfer, spline):
     scale = float(abs(other.momentum_y).max())
     assert float(abs(other.unclosed_momentum_x).max()) < 1e-13 * scale
     assert float(abs(other.unclosed_momentum_y).max()) < 1e-13 * scale
+    assert diagnostics.unclosed_share(other.isel(frame=slice(21, None))) < 0.02
     assert float(other.J_P.min()) < 0.9  # it has hit the floor and yielded
 
 

@@ -33,8 +33,9 @@ def stored(small_run, small_config, tmp_path):
 
 def test_report_shows_runs_and_what_is_missing(stored):
     """Pictures, a row a run, the verdict first, and a missing run as missing."""
-    report = write_report(stored, ["experiment=fig5"])
+    report = write_report(stored, ["experiment=fig5", "store=/somewhere/of/mine"])
     page = (report.folder / "index.md").read_text()
+    assert "/somewhere" not in page
     assert page.index("**Verdict.**") < page.index("strip.png")
     assert "| C4 |" in page
     assert "NOT RUN" in page.split("| C4 |")[1].splitlines()[0]
