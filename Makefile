@@ -14,7 +14,7 @@ test: $(VENV)/installed  ## the fast tests
 	$(BIN)/python -m pytest -n auto -m "not slow"
 
 validate: $(VENV)/installed  ## all tests, with a table of what was compared with theory
-	$(BIN)/python -m pytest -n auto --validation-page reports/validation/index.md
+	$(BIN)/python -m pytest -n auto --validation-page=reports/validation/index.md
 
 lint: $(VENV)/installed
 	$(BIN)/ruff check .
