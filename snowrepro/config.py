@@ -233,6 +233,39 @@ class Analysis(Section):
     settled_frames: int = Field(gt=0, description="frames over which settled_change is taken [1]")
 
 
+class Claim(Section):
+    """One claim of the paper, and how it is decided; conf/claims says what the tests are."""
+
+    name: str = Field(min_length=1)
+    statement: str
+    paper: str = Field(description="the paper's sentence")
+    measure: str = Field(description="a column of the runs' summary")
+    of: Literal["sintered", "unsintered", "contrast"] = "sintered"
+    at: Literal["every", "lowest", "highest"] = "every"
+    test: Literal["rises", "below", "above", "scenes"]
+    threshold: float
+    claims: tuple[str, ...] = Field((), description="scenes: the claims that are counted")
+
+
+class Claims(Section):
+    """What is to be decided, written before the runs that decide it."""
+
+    name: str
+    alpha: float = Field(gt=0, lt=0.5, description="error that a verdict may have [1]")
+    list: tuple[Claim, ...]
+
+    @model_validator(mode="after")
+    def _names_are_known(self) -> "Claims":
+        names = [claim.name for claim in self.list]
+        counted = [name for claim in self.list for name in claim.claims]
+        unknown = sorted(set(counted) - {claim.name for claim in self.list if claim.test != "scenes"})
+        if len(set(names)) < len(names):
+            raise ValueError(f"two claims have the same name: {', '.join(names)}")
+        if unknown:
+            raise ValueError(f"there are no claims {', '.join(unknown)} to count over scenes")
+        return self
+
+
 class Experiment(Section):
     """A figure, a table or a study: what its report draws from its runs."""
 
@@ -277,6 +310,7 @@ class Config(Section):
     seed: int = Field(ge=0, le=2**31 - 1)
     output: Output
     analysis: Analysis
+    claims: Claims
     threads: int = Field(ge=1, le=1024, description="of one run [1]")
     deterministic: bool = Field(description="refuse what does not repeat its bits")
     checkpoint_seconds: float = Field(ge=0, description="wall time between two checkpoints of a run [s]")

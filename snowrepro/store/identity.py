@@ -5,7 +5,7 @@ import json
 
 from ..config import Config
 
-NOT_PHYSICS = {"analysis", "store", "reports", "experiment", "threads", "deterministic", "checkpoint_seconds"}
+NOT_PHYSICS = {"analysis", "claims", "store", "reports", "experiment", "threads", "deterministic", "checkpoint_seconds"}
 
 
 def run_id(config: Config, model_version: int) -> str:
