@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
 
 if TYPE_CHECKING:
-    from .analysis.fragments import classify
+    from .analysis.classify import classify
     from .analysis.summary import summarise
     from .composition import compose
     from .simulation import simulate
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 __all__ = ["classify", "compose", "open_run", "simulate", "summarise"]
 
 _HOMES = {
-    "classify": ".analysis.fragments",
+    "classify": ".analysis.classify",
     "compose": ".composition",
     "open_run": ".store.runs",
     "simulate": ".simulation",

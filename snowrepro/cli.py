@@ -14,7 +14,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from .composition import CONF_DIR, compose_raw, own_options
 from .config import Config
-from .errors import ExitCode, RunsFailed, SnowreproError
+from .errors import ConfigError, ExitCode, RunsFailed, SnowreproError
 from .sweep.plan import Plan, make_plan
 
 console = Console(stderr=True, highlight=False)
@@ -26,6 +26,17 @@ examples:
   snowrepro run experiment=fig5
 
 exit codes: 0 fine, 2 bad input (config, folder), 3 runs failed, 130 interrupted
+"""
+
+
+CLASSIFY_HELP = """\
+A file needs 'position' (time, particle, axis), or 'x' and 'y' (time, particle); it may have 'mass', 'velocity', a
+coordinate of frame numbers, and the attributes release_frame, grid_spacing and cell_mass.  A particle that is NaN
+from some frame to the last has vanished.
+
+examples:
+  snowrepro classify ball-L-530-paper-paper-0-2f63b27e3e
+  snowrepro classify other.nc --release 40 definition=proximity --frames all --out fragments
 """
 
 
@@ -67,9 +78,17 @@ def _parser() -> argparse.ArgumentParser:
     show.add_argument("overrides", nargs="*")
     show.set_defaults(command=config_command)
 
-    classify = commands.add_parser("classify", help="lumps and powder of a finished run")
-    classify.add_argument("run", help="id of a run in the store, or path of its file")
+    classify = commands.add_parser(
+        "classify", help="lumps and powder of a run, or of any particles over time", epilog=CLASSIFY_HELP,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )  # fmt: skip
+    classify.add_argument("data", help="id of a run in the store, or a NetCDF file")
+    classify.add_argument("overrides", nargs="*", metavar="setting=value", help="of the analysis: conf/analysis")
     classify.add_argument("--store", default="runs", help="folder that keeps the runs (default: %(default)s)")
+    classify.add_argument("--release", type=int, metavar="FRAME", help="when bonds are laid, if the file does not say")
+    classify.add_argument("--grid-spacing", type=float, metavar="LENGTH", help="likewise; default: from the particles")
+    classify.add_argument("--frames", choices=("last", "all"), default="last", help="of which fragments are wanted")
+    classify.add_argument("--out", type=Path, metavar="FOLDER", help="write fragments.csv, fragments.nc, measures.json")
     classify.set_defaults(command=classify_command)
     return parser
 
@@ -105,13 +124,36 @@ def config_command(options: argparse.Namespace) -> ExitCode:
 
 
 def classify_command(options: argparse.Namespace) -> ExitCode:
-    """Print the summary of one run."""
+    """Print the numbers of one run or file, and write its fragments if that is asked for."""
+    from .analysis.classify import classify, with_settings, write
+    from .analysis.motion import own_analysis
     from .analysis.summary import summarise
-    from .store.runs import open_run
+    from .store.runs import open_run, require_writable
 
-    with open_run(options.run, options.store) as dataset:
-        _print_rows(summarise(dataset))
+    if options.out:
+        require_writable(options.out)
+    settings = _settings(options.overrides)
+    with open_run(options.data, options.store) as dataset:
+        if "config" in dataset.attrs and not options.out:
+            _print_rows(summarise(dataset, with_settings(own_analysis(dataset), settings)))
+            return ExitCode.FINE
+        frames = "all" if options.frames == "all" else None
+        found = classify(dataset, frames=frames, release=options.release, grid_spacing=options.grid_spacing, **settings)
+        for line in found.assumed:
+            _say(f"assumed: {line}")
+        _print_rows(found.measures())
+        if options.out:
+            write(found, options.out)
+            print(options.out)
     return ExitCode.FINE
+
+
+def _settings(texts: Sequence[str]) -> dict[str, str]:
+    """Names and values of ``name=value``.  Raises ConfigError."""
+    for text in texts:
+        if "=" not in text:
+            raise ConfigError(f"'{text}' is not a setting: write name=value, for example break_strain=0.2")
+    return dict(text.split("=", 1) for text in texts)
 
 
 def _check_scenes(plan: Plan) -> None:

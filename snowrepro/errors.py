@@ -30,6 +30,12 @@ class StoreError(SnowreproError):
     exit_code = ExitCode.USAGE
 
 
+class DataError(SnowreproError, ValueError):
+    """Positions over time that cannot be classified."""
+
+    exit_code = ExitCode.USAGE
+
+
 class Diverged(SnowreproError):
     """The simulation stopped being one: it says cause, particle, frame and time; ``frame`` is the one it failed in."""
 

@@ -1,16 +1,14 @@
-"""Fragments: connected components of the particles that surviving bonds hold together."""
+"""Fragments: what a body broke into, fragment by fragment and from frame to frame."""
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import xarray as xr
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
+import pandas as pd
 
-from ..config import Analysis
-from .bonds import BondHistory, Bonds, extend, lay_bonds, unstrained
+from .motion import AXES, Motion
+
+ROUND_OFF = 1e-12  # of a sum of masses
 
 
 @dataclass(frozen=True)
@@ -18,7 +16,10 @@ class Fragments:
     """What a body broke into at one frame.
 
     ``label`` (n,): fragment of each particle, 0 the heaviest; ``mass`` (k,) of each fragment, falling;
-    ``is_lump`` (k,): heavy enough to be a lump, the rest is powder; ``broken``: part of the bonds that broke.
+    ``is_lump`` (k,): heavy enough to be a lump, the rest is powder; ``broken``: part of the bonds that broke;
+    ``vanished``: part of the mass that is no longer there, neither in lumps nor powder.
+    ``id`` (k,): a name that the heaviest heir of a fragment keeps from frame to frame; ``parent`` (k,): the
+    id of the fragment before that holds most of its mass, -1 in the first frame.
     """
 
     frame: int
@@ -26,11 +27,19 @@ class Fragments:
     mass: np.ndarray
     is_lump: np.ndarray
     broken: float
+    vanished: float
+    id: np.ndarray
+    parent: np.ndarray
 
     @property
     def lump_fraction(self) -> float:
         """Part of the mass that is in lumps."""
         return float(self.mass[self.is_lump].sum() / self.mass.sum())
+
+    @property
+    def powder_fraction(self) -> float:
+        """Part of the mass that is there and in no lump."""
+        return 1.0 - self.lump_fraction - self.vanished
 
     @property
     def lumps(self) -> int:
@@ -44,88 +53,144 @@ class Fragments:
 
     @property
     def joined(self) -> float:
-        """Chance that two random bits of snow are still joined: the sum of squared mass parts."""
+        """S = sum (m_i / M)^2: the chance that two random bits of snow are still joined."""
         return float(((self.mass / self.mass.sum()) ** 2).sum())
 
+    @property
+    def effective_number(self) -> float:
+        """N_eff = 1 / S: of equal fragments in which two random bits are joined as often."""
+        return 1.0 / self.joined
 
-def classify(dataset: xr.Dataset, analysis: Analysis | None = None) -> Fragments:
-    """Fragments of a run at its last frame.
+    @property
+    def second_moment(self) -> float:
+        """Sum (m_i / M)^2 without the heaviest fragment: greatest where one body turns into many."""
+        return self.joined - self.largest**2
 
-    ``dataset`` as ``simulate`` returns it; ``analysis`` defaults to the run's own.
+    @property
+    def median_mass(self) -> float:
+        """m50: half of the mass is in fragments at least as heavy, as part of the body."""
+        held = np.cumsum(self.mass) / self.mass.sum()
+        return float(self.mass[np.searchsorted(held, 0.5 - ROUND_OFF)] / self.mass.sum())
+
+    def survival(self) -> tuple[np.ndarray, np.ndarray]:
+        """Phi(m): part of the mass in fragments of at least m; masses falling, as part of the body, and Phi at each."""
+        total = self.mass.sum()
+        return self.mass / total, np.cumsum(self.mass) / total
+
+
+def fragments_of(
+    frame: int, component: np.ndarray, motion: Motion, least: float, broken: float = float("nan")
+) -> Fragments:
+    """Fragments of particles by ``component`` (n,), any whole numbers; lumps have at least the mass ``least``.
+
+    A particle that has vanished is a fragment by itself and no lump.
     """
-    return classify_frames(dataset, [int(dataset["snapshot"][-1])], analysis)[0]
+    gone = motion.vanished[motion.index(frame)]
+    if gone.any():
+        component = np.where(gone, component.max() + 1 + np.cumsum(gone), component)
+    label, mass = _by_falling_mass(component, motion.mass)
+    there = np.ones(len(mass), dtype=bool)
+    there[label[gone]] = False
+    is_lump = (mass >= least * (1 - ROUND_OFF)) & there
+    vanished = float(motion.mass[gone].sum() / motion.mass.sum())
+    number = np.arange(len(mass))
+    return Fragments(frame, label, mass, is_lump, broken, vanished, number, np.full(len(mass), -1))
 
 
-def classify_frames(dataset: xr.Dataset, frames: Sequence[int], analysis: Analysis | None = None) -> list[Fragments]:
-    """Fragments at each of ``frames`` (stored frames, none before release), in rising order.
+def with_ancestry(history: Sequence[Fragments], mass: np.ndarray) -> list[Fragments]:
+    """The same fragments, frame by frame, with ids that last and with parents; ``mass`` (n,) of the particles.
 
-    Raises ValueError where a frame is not stored or lies before release.
+    The parent holds most of a fragment's mass; of a parent's heirs the heaviest keeps its id, the others get new
+    ones, rising with falling mass.
     """
-    analysis = analysis or analysis_of(dataset)
-    bonds, histories = bond_histories(dataset, frames, analysis.link_length)
-    return [fragments_of(dataset, frame, bonds, history, analysis) for frame, history in histories.items()]
+    traced = [history[0]] if history else []
+    unused = len(history[0].mass) if history else 0
+    for now in history[1:]:
+        before = traced[-1]
+        size = len(now.mass)
+        pair, inverse = np.unique(before.label * size + now.label, return_inverse=True)
+        shared = np.bincount(inverse, weights=mass)
+        old, new = np.divmod(pair, size)
+        largest_first = np.lexsort((old, -shared, new))
+        _, first = np.unique(new[largest_first], return_index=True)
+        parent = old[largest_first][first]  # (k,): of each new fragment
+        part = shared[largest_first][first]
+        heir_first = np.lexsort((np.arange(size), -part, parent))
+        _, first = np.unique(parent[heir_first], return_index=True)
+        heirs = heir_first[first]
+        names = np.full(size, -1)
+        names[heirs] = before.id[parent[heirs]]
+        new_ones = np.flatnonzero(names < 0)
+        names[new_ones] = unused + np.arange(len(new_ones))
+        unused += len(new_ones)
+        traced.append(
+            Fragments(now.frame, now.label, now.mass, now.is_lump, now.broken, now.vanished, names, before.id[parent])
+        )
+    return traced
 
 
-def analysis_of(dataset: xr.Dataset) -> Analysis:
-    """The settings that a run was asked to be classified with."""
-    return Analysis.model_validate(json.loads(dataset.attrs["config"])["analysis"])
+def table_of(fragments: Fragments, motion: Motion) -> pd.DataFrame:
+    """A row for each fragment that is there: frame, id, parent, mass, place, size and motion.
 
-
-def bond_histories(
-    dataset: xr.Dataset, frames: Sequence[int], link_length: float
-) -> tuple[Bonds, dict[int, BondHistory]]:
-    """Bonds laid at release, and what they have seen up to each of ``frames``.
-
-    Strains are taken at every stored frame in between, so a bond that broke stays broken.
-    ``link_length`` in grid spacings.  Raises ValueError as ``classify_frames``.
+    Centre, extent (of the box around it) and velocity along each axis, in the units of the data; gyration: root of the
+    mean squared distance from the centre; spin: angular velocity about it [1/time], counter-clockwise, in 3D a
+    vector; NaN where one place has no turning.
     """
-    release = int(dataset.attrs["release_frame"])
-    snapshots = dataset["snapshot"].values
-    missing = sorted(set(frames) - set(snapshots[snapshots >= release].tolist()))
-    if missing:
-        raise ValueError(f"frames {missing} are not stored at or after the release in frame {release}")
-    used = snapshots[(snapshots >= release) & (snapshots <= max(frames))]
-    positions = dataset["position"].sel(snapshot=used).values.astype(float)
-    bonds = lay_bonds(positions[0], link_length * float(dataset.attrs["grid_spacing"]))
-    history = unstrained(bonds)
-    seen = {}
-    for frame, places in zip(used.tolist(), positions, strict=True):
-        history = extend(history, bonds, places)
-        if frame in frames:
-            seen[frame] = history
-    return bonds, seen
+    index = motion.index(fragments.frame)
+    here = ~motion.vanished[index]
+    label, mass = fragments.label[here], motion.mass[here]
+    places = motion.position[index][here].astype(float)
+    velocities = motion.velocities(index)[here]
+    size = len(fragments.mass)
+    total = np.bincount(label, weights=mass, minlength=size)
+    shown = np.flatnonzero(total > 0)
+
+    def mean(values: np.ndarray) -> np.ndarray:
+        """Mass-weighted mean by fragment."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.bincount(label, weights=mass * values, minlength=size) / total
+
+    centre = np.stack([mean(values) for values in places.T], axis=1)
+    velocity = np.stack([mean(values) for values in velocities.T], axis=1)
+    arm, relative = places - centre[label], velocities - velocity[label]
+    extent = _extents(places, label, size)
+    columns: dict[str, np.ndarray] = {
+        "frame": np.full(size, fragments.frame),
+        "id": fragments.id,
+        "parent": fragments.parent,
+        "is_lump": fragments.is_lump,
+        "particles": np.bincount(label, minlength=size),
+        "mass": total,
+    }
+    names = AXES[: motion.dimensions]
+    for name, values in (("centre", centre), ("extent", extent), ("velocity", velocity)):
+        columns |= {f"{name}_{axis}": values[:, d] for d, axis in enumerate(names)}
+    columns["gyration"] = np.sqrt(mean((arm**2).sum(axis=1)))
+    columns |= _spins(arm, relative, mean)
+    return pd.DataFrame(columns).iloc[shown].reset_index(drop=True)
 
 
-def fragments_of(dataset: xr.Dataset, frame: int, bonds: Bonds, history: BondHistory, analysis: Analysis) -> Fragments:
-    """Components of the bonds that survive, connected through core particles only.
+def _spins(arm: np.ndarray, relative: np.ndarray, mean) -> dict[str, np.ndarray]:
+    """Angular velocity that has the fragment's angular momentum about its centre."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        if arm.shape[1] == 2:
+            turning = mean(arm[:, 0] * relative[:, 1] - arm[:, 1] * relative[:, 0])
+            return {"spin": turning / mean((arm**2).sum(axis=1))}
+        turning = np.stack([mean(values) for values in np.cross(arm, relative).T], axis=1)
+        square = np.stack([[mean(arm[:, i] * arm[:, j]) for j in range(3)] for i in range(3)])
+        inertia = np.eye(3)[:, :, None] * np.trace(square) - square
+        solved = np.einsum("kij,kj->ki", np.linalg.pinv(np.nan_to_num(inertia.transpose(2, 0, 1))), turning)
+        return {f"spin_{axis}": solved[:, d] for d, axis in enumerate(AXES)}
 
-    A core particle has lost less than ``core_fraction`` of its bonds.  Others join the core they are
-    still bonded to (by the least strained bond), so a bridge of damaged particles joins nothing.
-    """
-    mass = dataset["mass"].values
-    # In cells of the paper's grid, so that a lump is the same at every fidelity.
-    least = max(analysis.lump_mass * float(mass.sum()), analysis.lump_cells * float(dataset.attrs["cell_mass"]))
-    count = len(mass)
-    broken = history.broken(analysis.break_strain, analysis.break_by)
-    degree = np.bincount(bonds.pairs.ravel(), minlength=count)
-    lost = np.bincount(bonds.pairs[broken].ravel(), minlength=count)
-    core = lost < analysis.core_fraction * degree
 
-    alive = bonds.pairs[~broken]
-    both = alive[core[alive].all(axis=1)]
-    graph = coo_matrix((np.ones(len(both)), (both[:, 0], both[:, 1])), shape=(count, count))
-    _, component = connected_components(graph, directed=False)
-
-    strain = np.maximum(history.stretch, -history.crush)[~broken]
-    one = core[alive].sum(axis=1) == 1
-    order = np.argsort(-strain[one], kind="stable")  # the least strained bond is assigned last and wins
-    border = alive[one][order]
-    core_first = np.where(core[border[:, :1]], border, border[:, ::-1])
-    component[core_first[:, 1]] = component[core_first[:, 0]]
-
-    label, fragment_mass = _by_falling_mass(component, mass)
-    part_broken = float(broken.mean()) if len(broken) else 0.0
-    return Fragments(frame, label, fragment_mass, fragment_mass >= least * (1 - 1e-12), part_broken)
+def _extents(places: np.ndarray, label: np.ndarray, size: int) -> np.ndarray:
+    """Sides of the box around each fragment, (k, 2 or 3)."""
+    order = np.argsort(label, kind="stable")
+    present, first = np.unique(label[order], return_index=True)
+    sides = np.maximum.reduceat(places[order], first) - np.minimum.reduceat(places[order], first)
+    extent = np.full((size, places.shape[1]), np.nan)
+    extent[present] = sides
+    return extent
 
 
 def _by_falling_mass(component: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

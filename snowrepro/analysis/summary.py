@@ -1,10 +1,11 @@
-"""One row of numbers for one run."""
+"""What is found in one run, kept beside it: one row of numbers, and what its bonds saw."""
 
 import hashlib
 import json
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,18 +15,29 @@ from ..config import Analysis, Config
 from ..errors import StoreError
 from ..mpm.diagnostics import unclosed_share
 from ..store import runs
-from .fragments import analysis_of, classify_frames
+from .classify import Classified, bond_variables, broken_variables, classify
+from .definitions import DEFINITIONS
+from .fragments import fragments_of
+
+FOUND_BY = ("bonds.py", "classify.py", "definitions.py", "fragments.py", "motion.py", "summary.py", "tree.py")
 
 
-def summarise(dataset: xr.Dataset, analysis: Analysis | None = None) -> dict[str, float | int | str | bool]:
+def summarise(dataset: xr.Dataset, analysis: Analysis | None = None) -> dict[str, Any]:
     """The summary row of a run: what it was, what broke, what had to be bounded, what it cost."""
+    return _row(dataset, _classified(dataset, analysis))
+
+
+def _classified(dataset: xr.Dataset, analysis: Analysis | None) -> Classified:
+    """A run's fragments at release and at the end."""
+    ends = [int(dataset.attrs["release_frame"]), int(dataset["snapshot"][-1])]
+    return classify(dataset, analysis, frames=ends)
+
+
+def _row(dataset: xr.Dataset, found: Classified) -> dict[str, Any]:
     config = json.loads(dataset.attrs["config"])
-    analysis = analysis or analysis_of(dataset)
-    release, end = int(dataset.attrs["release_frame"]), int(dataset["snapshot"][-1])
-    before_end = _stored_frame(dataset, end - analysis.settled_frames)
-    first, earlier, last = classify_frames(dataset, [release, before_end, end], analysis)
-    at_release = dataset.isel(frame=release)
-    falling = dataset.isel(frame=slice(release, None))
+    first = found.fragments[0]
+    at_release = dataset.isel(frame=first.frame)
+    falling = dataset.isel(frame=slice(first.frame, None))
     return {
         "run_id": str(dataset.attrs.get("run_id", "")),
         "shape": config["shape"]["name"],
@@ -35,14 +47,9 @@ def summarise(dataset: xr.Dataset, analysis: Analysis | None = None) -> dict[str
         "reading": config["reading"]["name"],
         "fidelity": config["fidelity"]["name"],
         "seed": config["seed"],
-        "particles": dataset.sizes["particle"],
-        "lump_fraction": last.lump_fraction,
-        "powder_fraction": 1.0 - last.lump_fraction,
-        "lumps": last.lumps,
-        "largest_fragment": last.largest,
-        "joined_chance": last.joined,
-        "broken_bonds": last.broken,
-        "settled": bool(last.broken - earlier.broken < analysis.settled_change),
+        **found.measures(),
+        **_by_other_definitions(found),
+        "fragments_at_release": len(first.mass),
         "whole_at_release": bool(first.largest > 0.999),
         "impact_speed": float(falling["top_speed"].max()),
         "density_at_release": float(at_release["mean_density"]),
@@ -62,16 +69,58 @@ def summarise(dataset: xr.Dataset, analysis: Analysis | None = None) -> dict[str
     }
 
 
-def row_of(config: Config) -> dict[str, float | int | str | bool]:
+def _by_other_definitions(found: Classified) -> dict[str, float]:
+    """The lump fraction of the last frame if something else held particles together."""
+    motion, analysis = found.motion, found.analysis
+    index, least = motion.index(found.last.frame), motion.least_lump(analysis)
+    fractions = {}
+    for name, rule in DEFINITIONS.items():
+        component = rule(motion, index, found.bonds, found.history, analysis)
+        fractions[f"lumps_by_{name}"] = fragments_of(found.last.frame, component, motion, least).lump_fraction
+    return fractions
+
+
+def row_of(config: Config) -> dict[str, Any]:
     """The summary row of a finished run, kept beside its result as long as the analysis stays the same."""
+    row = runs.summary(config, _key(config.analysis))
+    return _find(config)[0] if row is None else row
+
+
+def bonds_of(config: Config) -> xr.Dataset:
+    """What the bonds of a finished run saw, kept likewise, so that any threshold is decided without simulating again.
+
+    Bonds with their length at release and their extreme strains (``bond``), the part that is broken at every
+    stored frame (``state``), the fragments' masses at the end (``fragment``) and the particles' (``particle``).
+    """
+    kept = runs.analysis(config, _key(config.analysis))
+    return _find(config)[1] if kept is None else kept
+
+
+def _find(config: Config) -> tuple[dict[str, Any], xr.Dataset]:
+    """Analyse a finished run and keep what was found."""
     key = _key(config.analysis)
-    row = runs.summary(config, key)
-    if row is None:
-        with runs.open_run(runs.result_path(config)) as dataset:
-            row = summarise(dataset, config.analysis)
-        with suppress(StoreError):  # a store that cannot be written to can still be read
-            runs.save_summary(config, key, row)
-    return row
+    with runs.open_run(runs.result_path(config)) as dataset:
+        found = _classified(dataset, config.analysis)
+        row = _row(dataset, found)
+    seen = _seen(found)
+    with suppress(StoreError):  # a store that cannot be written to can still be read
+        runs.save_analysis(config, key, seen)
+        runs.save_summary(config, key, row)
+    return row, seen
+
+
+def _seen(found: Classified) -> xr.Dataset:
+    """See ``bonds_of``."""
+    return xr.Dataset(
+        {
+            **bond_variables(found.bonds, found.history),
+            **broken_variables(found.broken),
+            "fragment_mass": ("fragment", found.last.mass, {"long_name": "mass of each fragment, falling"}),
+            "mass": ("particle", found.motion.mass, {"long_name": "mass of each particle"}),
+        },
+        {"state": found.broken.index.to_numpy()},
+        {"least_lump": found.motion.least_lump(found.analysis), "cell_mass": found.motion.cell_mass},
+    )
 
 
 def of_runs(configs: Sequence[Config]) -> pd.DataFrame:
@@ -88,13 +137,6 @@ def of_runs(configs: Sequence[Config]) -> pd.DataFrame:
 def _key(analysis: Analysis) -> str:
     """What a row depends on beside the run: the settings, and the code that makes it."""
     digest = hashlib.sha256(analysis.model_dump_json().encode())
-    for name in ("bonds.py", "fragments.py", "summary.py"):
+    for name in FOUND_BY:
         digest.update((Path(__file__).parent / name).read_bytes())
     return digest.hexdigest()[:16]
-
-
-def _stored_frame(dataset: xr.Dataset, frame: int) -> int:
-    """The last stored frame at or before ``frame``, but not before release."""
-    snapshots = dataset["snapshot"].values
-    release = int(dataset.attrs["release_frame"])
-    return int(max(release, snapshots[snapshots <= max(frame, release)].max()))

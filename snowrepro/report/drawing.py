@@ -1,5 +1,7 @@
 """What all pictures share: colours, one panel of a scene, particles, fragments."""
 
+from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib
@@ -29,27 +31,21 @@ def crop(config: Config) -> tuple[float, float]:
     return width * config.reading.cell, height * config.reading.cell
 
 
-def fragment_colours(now: Fragments, before: list[str] | None) -> list[str]:
-    """A colour for each particle: a lump keeps that of its largest ancestor, powder is grey.
-
-    ``before``: the colours of the column before, None in the first.
-    """
-    colours = np.full(len(now.label), POWDER, dtype=object)
-    taken: set[str] = set()
-    for lump in np.flatnonzero(now.is_lump):  # heaviest first, so the largest heir keeps the colour
-        members = now.label == lump
-        inherited = _commonest(np.asarray(before)[members]) if before is not None else POWDER
-        free = [colour for colour in LUMPS if colour not in taken]
-        if inherited == POWDER or inherited in taken:
-            inherited = free[0] if free else LUMPS[lump % len(LUMPS)]
-        taken.add(inherited)
-        colours[members] = inherited
-    return list(colours)
-
-
-def _commonest(values: np.ndarray) -> str:
-    found, counts = np.unique(values, return_counts=True)
-    return str(found[np.argmax(counts)])
+def fragment_colours(history: Sequence[Fragments]) -> list[np.ndarray]:
+    """A colour for each particle, frame by frame: a lump has that of its id, as rare as can be; powder is grey."""
+    of_id: dict[int, str] = {}
+    painted = []
+    for now in history:
+        names = now.id[now.is_lump].tolist()
+        used = Counter(of_id[name] for name in names if name in of_id)
+        for name in names:  # heaviest first
+            if name not in of_id:
+                of_id[name] = min(LUMPS, key=lambda colour: (used[colour], LUMPS.index(colour)))
+                used[of_id[name]] += 1
+        colours = np.full(len(now.mass), POWDER, dtype=object)
+        colours[now.is_lump] = [of_id[name] for name in names]
+        painted.append(colours[now.label])
+    return painted
 
 
 def draw_stage(ax: Axes, config: Config) -> None:
@@ -63,7 +59,7 @@ def draw_stage(ax: Axes, config: Config) -> None:
 
 
 def draw_snow(
-    ax: Axes, config: Config, places: np.ndarray, points_per_unit: float, colour: str | list[str] = SNOW
+    ax: Axes, config: Config, places: np.ndarray, points_per_unit: float, colour: str | np.ndarray = SNOW
 ) -> None:
     """Particles at ``places`` (n, 2) as discs that just cover the snow as it was at the start."""
     diameter = config.dx / np.sqrt(config.fidelity.particles_per_cell) * COVER

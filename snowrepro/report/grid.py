@@ -7,7 +7,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from ..analysis import claims
-from ..analysis.fragments import classify
+from ..analysis.classify import classify
 from ..config import Config
 from .drawing import crop, draw_snow, draw_stage, fragment_colours, save
 from .evidence import Evidence, Findings, markdown, opened
@@ -182,7 +182,7 @@ def _draw_sheet(configs: Sequence[Config], shapes: list[str], floors: list[str],
             ax.text(0.5, 0.5, "missing", transform=ax.transAxes, ha="center", color="white")
             continue
         with opened(config) as dataset:
-            colours = fragment_colours(classify(dataset, config.analysis), None)
+            colours = fragment_colours(classify(dataset, config.analysis).fragments)[0]
             places = dataset["position"][-1].values
         draw_snow(ax, config, places, PANEL * 72 / crop(config)[0], colours)
     for floor, ax in zip(floors, grid[0], strict=True):

@@ -11,7 +11,8 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from ..analysis import claims
-from ..analysis.fragments import Fragments, bond_histories, classify_frames, fragments_of
+from ..analysis.classify import classify, classify_motion
+from ..analysis.motion import motion_of
 from ..config import Config
 from .drawing import SNOW, column_title, crop, draw_snow, draw_stage, fragment_colours, save
 from .evidence import Evidence, Findings, in_paper_order, markdown, opened
@@ -23,11 +24,11 @@ PANEL = 2.3  # width of a panel [inches]
 
 @dataclass(frozen=True)
 class Row:
-    """One row of a strip: its label, and by frame its particles' places (n, 2) and fragments."""
+    """One row of a strip: its label, and by frame its particles' places (n, 2) and colours by fragment (n,)."""
 
     label: str
     places: dict[int, np.ndarray]  # empty if the run is missing
-    fragments: dict[int, Fragments]
+    colours: dict[int, np.ndarray]  # by fragment, from release on
 
 
 def report(evidence: Evidence) -> Findings:
@@ -84,15 +85,12 @@ def draw_strip(rows: Sequence[Row], frames: Sequence[int], config: Config, path:
         hspace=0.03,
     )
     for row, axes in zip(rows, grid, strict=True):
-        colours = None
         for frame, ax in zip(frames, axes, strict=True):
             draw_stage(ax, config)
             if not row.places:
                 ax.text(0.5, 0.5, "missing", transform=ax.transAxes, ha="center", color="white")
                 continue
-            colour = SNOW
-            if by_fragment and frame in row.fragments:
-                colour = colours = fragment_colours(row.fragments[frame], colours)
+            colour = row.colours.get(frame, SNOW) if by_fragment else SNOW
             draw_snow(ax, config, row.places[frame], PANEL * 72 / width, colour)
         axes[0].set_ylabel(row.label, rotation=0, ha="right", va="center", fontsize=9, labelpad=8)
     for frame, ax in zip(frames, grid[0], strict=True):
@@ -108,9 +106,10 @@ def _row(config: Config, evidence: Evidence) -> Row:
     frames = evidence.experiment.frames
     later = [frame for frame in frames if frame >= config.loading.press_frames]
     with opened(config) as dataset:
-        fragments = classify_frames(dataset, later, config.analysis) if later else []
+        fragments = classify(dataset, config.analysis, frames=later).fragments if later else []
         places = {frame: dataset["position"].sel(snapshot=frame).values for frame in frames}
-    return Row(label, places, {f.frame: f for f in fragments})
+    painted = zip(fragments, fragment_colours(fragments), strict=True)
+    return Row(label, places, {found.frame: colours for found, colours in painted})
 
 
 def _scan(evidence: Evidence) -> list[str]:
@@ -143,6 +142,5 @@ def _lumps(config: Config, evidence: Evidence, changes: Iterable[dict[str, Any]]
     if not evidence.is_done(config):
         return [None for _ in settings]
     with opened(config) as dataset:
-        end = int(dataset["snapshot"][-1])
-        bonds, histories = bond_histories(dataset, [end], config.analysis.link_length)
-        return [fragments_of(dataset, end, bonds, histories[end], analysis).lump_fraction for analysis in settings]
+        motion, end = motion_of(dataset), int(dataset["snapshot"][-1])
+        return [classify_motion(motion, analysis, [end]).lump_fraction for analysis in settings]

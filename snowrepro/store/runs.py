@@ -1,5 +1,6 @@
 """One folder a run: ``run.nc`` once it is done, ``failed.json`` if it failed.
 
+Beside a result are kept its row of numbers, ``summary.json``, and what its bonds saw, ``analysis.nc``.
 Meanwhile ``progress.json`` says how far it is, and ``checkpoint.npz`` holds what it takes to go on.
 """
 
@@ -24,6 +25,7 @@ from .provenance import provenance, versions
 
 RESULT = "run.nc"
 CHECKPOINT = "checkpoint.npz"
+ANALYSIS = "analysis.nc"
 
 
 def identify(config: Config) -> str:
@@ -75,18 +77,15 @@ def save(dataset: xr.Dataset, config: Config, **seconds: float) -> Path:
     dataset = dataset.assign_attrs(run_id=identify(config), seed=config.seed, **rounded, **provenance())
     packed = {"zlib": True, "complevel": 1, "shuffle": True}
     encoding = {name: packed for name in dataset.data_vars if "snapshot" in dataset[name].dims}
-    with _published(path) as partial:
-        try:
-            dataset.to_netcdf(partial, engine="netcdf4", encoding=encoding)
-        except RuntimeError as error:  # what netCDF4 raises on a full disk
-            raise OSError(str(error)) from error
+    with published(path) as partial:
+        dataset.to_netcdf(partial, engine="netcdf4", encoding=encoding)
     (path.parent / "failed.json").unlink(missing_ok=True)
     return path
 
 
 def save_failure(config: Config, message: str) -> None:
     """Record why a run has no result."""
-    with _published(run_dir(config) / "failed.json") as partial:
+    with published(run_dir(config) / "failed.json") as partial:
         partial.write_text(json.dumps({"message": message, **provenance()}, indent=1))
 
 
@@ -97,22 +96,42 @@ def failure(config: Config) -> str | None:
 
 def save_summary(config: Config, key: str, row: dict) -> None:
     """Keep a run's summary row beside its result, under the key of the analysis that made it."""
-    with _published(run_dir(config) / "summary.json", durable=False) as partial:
+    with published(run_dir(config) / "summary.json", durable=False) as partial:
         partial.write_text(json.dumps({"key": key, "row": row}))
 
 
 def summary(config: Config, key: str) -> dict | None:
     """The summary row that was kept under ``key`` for this result; None if there is none."""
     kept = run_dir(config) / "summary.json"
-    if not kept.exists() or kept.stat().st_mtime_ns < result_path(config).stat().st_mtime_ns:
+    if not _is_newer(kept, result_path(config)):
         return None
     read = _read_json(kept)
     return read.get("row") if read.get("key") == key else None
 
 
+def save_analysis(config: Config, key: str, dataset: xr.Dataset) -> None:
+    """Keep what was found in a run beside its result, under the key of the analysis that found it."""
+    packed = {"zlib": True, "complevel": 1, "shuffle": True}
+    encoding = {name: packed for name in dataset.data_vars if dataset[name].size > 1}
+    with published(run_dir(config) / ANALYSIS, durable=False) as partial:
+        dataset.assign_attrs(key=key).to_netcdf(partial, engine="netcdf4", encoding=encoding)
+
+
+def analysis(config: Config, key: str) -> xr.Dataset | None:
+    """What was kept under ``key`` for this result, read whole; None if there is none."""
+    path = run_dir(config) / ANALYSIS
+    if not _is_newer(path, result_path(config)):
+        return None
+    try:
+        with xr.open_dataset(path) as dataset:
+            return dataset.load() if dataset.attrs.get("key") == key else None
+    except (OSError, ValueError, RuntimeError):
+        return None
+
+
 def save_progress(config: Config, frame: int, frames: int, substeps: int) -> None:
     """Say how far a run is, for whoever watches."""
-    with _published(run_dir(config) / "progress.json", durable=False) as partial:
+    with published(run_dir(config) / "progress.json", durable=False) as partial:
         partial.write_text(json.dumps({"frame": frame, "frames": frames, "substeps": substeps}))
 
 
@@ -123,7 +142,7 @@ def progress(folder: Path) -> dict[str, int]:
 
 def save_checkpoint(config: Config, arrays: Mapping[str, np.ndarray]) -> None:
     """Keep what it takes to go on with a run; it replaces the one before."""
-    with _published(run_dir(config) / CHECKPOINT, durable=False) as partial, open(partial, "wb") as file:
+    with published(run_dir(config) / CHECKPOINT, durable=False) as partial, open(partial, "wb") as file:
         np.savez(file, versions=np.array(versions()), **arrays)
 
 
@@ -157,6 +176,11 @@ def require_writable(folder: str | Path) -> None:
         raise StoreError(f"cannot write into the folder '{folder}': {error.strerror or error}") from error
 
 
+def _is_newer(path: Path, result: Path) -> bool:
+    """Whether what was derived from a result is there and not older than it."""
+    return path.exists() and path.stat().st_mtime_ns >= result.stat().st_mtime_ns
+
+
 def _read_json(path: Path) -> dict:
     try:
         return json.loads(path.read_text())
@@ -165,7 +189,7 @@ def _read_json(path: Path) -> dict:
 
 
 @contextmanager
-def _published(path: Path, durable: bool = True) -> Iterator[Path]:
+def published(path: Path, durable: bool = True) -> Iterator[Path]:
     """A scratch file that becomes ``path`` in one rename if the block ends well, and vanishes if not."""
     partial = path.with_name(f"{path.name}.{os.getpid()}.part")
     try:
@@ -175,9 +199,9 @@ def _published(path: Path, durable: bool = True) -> Iterator[Path]:
             with open(partial, "rb") as file:
                 os.fsync(file.fileno())
         os.replace(partial, path)
-    except OSError as error:
+    except (OSError, RuntimeError) as error:  # netCDF4 raises RuntimeError on a full disk
         free = shutil.disk_usage(path.parent).free if path.parent.exists() else 0
-        reason = f"{error.strerror or error} ({free / 1e6:.0f} MB free on its disk)"
+        reason = f"{getattr(error, 'strerror', None) or error} ({free / 1e6:.0f} MB free on its disk)"
         raise StoreError(f"cannot write {path}: {reason}") from error
     finally:
         partial.unlink(missing_ok=True)

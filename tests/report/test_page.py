@@ -5,15 +5,15 @@ import pandas as pd
 import pytest
 from matplotlib.image import imread
 
-from snowrepro.analysis.fragments import Fragments
 from snowrepro.composition import compose
 from snowrepro.config import Experiment
 from snowrepro.report import convergence
-from snowrepro.report.drawing import POWDER, fragment_colours
+from snowrepro.report.drawing import LUMPS, POWDER, fragment_colours
 from snowrepro.report.evidence import Evidence
 from snowrepro.report.page import write_report
 from snowrepro.store import runs
 from snowrepro.sweep.plan import make_plan
+from tests.analysis.pictures import ball, classified
 from tests.conftest import SMALL
 
 
@@ -55,17 +55,21 @@ def test_same_store_same_bytes(stored):
 
 
 def test_lumps_keep_the_colour_of_their_ancestor():
-    """A piece that breaks off gets a new colour, the rest keeps the old one, powder is grey."""
-
-    def fragments(labels, lumps):
-        labels = np.array(labels)
-        return Fragments(0, labels, np.bincount(labels).astype(float), np.array(lumps), 0.0)
-
-    whole = fragment_colours(fragments([0] * 9, [True]), None)
-    broken = fragment_colours(fragments([0] * 5 + [1] * 3 + [2], [True, True, False]), whole)
-    assert set(broken[:5]) == {whole[0]}
-    assert broken[5] not in (whole[0], POWDER)
-    assert broken[8] == POWDER
+    """One lump splits in two, which lose powder and change places in the order of mass: the heir keeps the colour."""
+    x = ball("preview")
+    right, rim = x[:, 0] > -3, np.abs(x[:, 1]) > 12
+    split = x + right[:, None] * [20.0, 0.0]
+    worn = split + (right & rim)[:, None] * np.random.default_rng(0).uniform(-9, 9, x.shape)
+    found = classified(x, split, worn, fidelity="preview", frames="all").fragments
+    assert [f.lumps for f in found] == [1, 2, 2]
+    whole, halves, after = fragment_colours(found)
+    assert set(whole) == {LUMPS[0]}
+    core = np.abs(x[:, 1]) < 8
+    for colours in (halves, after):
+        assert (colours[right & core & (x[:, 0] > 2)] == LUMPS[0]).all()
+        assert (colours[~right & core & (x[:, 0] < -8)] == LUMPS[1]).all()
+    assert (after[right & rim] == POWDER).mean() > 0.9
+    assert found[2].label[~right & core & (x[:, 0] < -8)].max() == 0, "the other half is now the heavier one"
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,106 @@
+"""The spanning tree against fragments worked out one threshold at a time, by the definition alone."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.spatial import Delaunay
+
+from snowrepro.analysis.bonds import history_of, lay_bonds
+from snowrepro.analysis.tree import core_strain, grow_tree, half_bonds, holding_strain
+from tests.analysis.pictures import ball
+
+
+def direct(pairs, strain, count, core_fraction, break_strain) -> list[frozenset[int]]:
+    """The partition by the definition, in plain Python: cores, the bonds between them, and one bond for the others."""
+    bonds = [[] for _ in range(count)]
+    for (i, j), d in zip(pairs.tolist(), strain.tolist(), strict=True):
+        bonds[i].append((j, d))
+        bonds[j].append((i, d))
+
+    def is_core(i: int, e: float) -> bool:
+        return bool(bonds[i]) and sum(d > e for _, d in bonds[i]) < core_fraction * len(bonds[i])
+
+    group = list(range(count))
+
+    def find(i: int) -> int:
+        while group[i] != i:
+            i = group[i]
+        return i
+
+    for i in range(count):
+        held = [(j, d) for j, d in bonds[i] if d <= break_strain]
+        if is_core(i, break_strain):
+            for j, _ in held:
+                if is_core(j, break_strain):
+                    group[find(i)] = find(j)
+        else:
+            # the core that it hung on first, as bonds that break ever later are taken away
+            since = {}
+            for j, d in held:
+                if is_core(j, break_strain):
+                    steps = sorted({d, *(x for _, x in bonds[j])})
+                    since[j] = next(e for e in steps if e >= d and is_core(j, e))
+            if since:
+                group[find(i)] = find(min(since, key=lambda j: (since[j], j)))
+    found: dict[int, set[int]] = {}
+    for i in range(count):
+        found.setdefault(find(i), set()).add(i)
+    return sorted(map(frozenset, found.values()), key=min)
+
+
+def partition(label: np.ndarray) -> list[frozenset[int]]:
+    groups: dict[int, set[int]] = {}
+    for i, name in enumerate(label.tolist()):
+        groups.setdefault(name, set()).add(i)
+    return sorted(map(frozenset, groups.values()), key=min)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_cut_of_the_tree_is_the_direct_answer(seed):
+    """Random bodies, strains and core rules, 50 random thresholds each: 1,000 partitions, all the same."""
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(20, 80))
+    places = rng.uniform(0, 1, (count, 2))
+    triangles = Delaunay(places).simplices
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    pairs = np.unique(np.sort(edges, axis=1), axis=0)
+    pairs = pairs[rng.uniform(size=len(pairs)) < 0.9]
+    strain = rng.gamma(0.7, 0.3, len(pairs))
+    core_fraction = float(rng.choice([0.2, 0.25, 0.3333, 0.5, 0.75, 1.0]))
+    halves = half_bonds(pairs, strain, count)
+    tree = grow_tree(pairs, holding_strain(halves, core_strain(halves, core_fraction)), count)
+    sizes = set()
+    for threshold in [*rng.gamma(0.7, 0.3, 45), *rng.choice(strain, 5)]:  # also exactly at a bond's strain
+        expected = direct(pairs, strain, count, core_fraction, threshold)
+        assert partition(tree.cut(threshold)) == expected
+        sizes.add(len(expected))
+    assert len(sizes) > 5
+
+
+def test_lumps_over_all_thresholds_are_those_of_cuts():
+    """The step function of the tree's lumps beside the mass in cuts, on a body that breaks bit by bit."""
+    x = ball("preview")
+    y = x * [1.0, 0.62] + 0.6 * np.sin(x[:, ::-1])
+    bonds = lay_bonds(x, 3.0)
+    strain = history_of(bonds, [y]).strain()
+    halves = half_bonds(bonds.pairs, strain, len(x))
+    tree = grow_tree(bonds.pairs, holding_strain(halves, core_strain(halves, 0.3333)), len(x))
+    mass = np.random.default_rng(0).uniform(0.5, 2, len(x))
+    least = 0.01 * mass.sum()
+    strains, lumps = tree.lumps(mass, least)
+    values = set()
+    for threshold in np.linspace(0, 1, 101):
+        weights = np.bincount(tree.cut(threshold), weights=mass)
+        expected = weights[weights >= least].sum() / mass.sum()
+        assert lumps[np.searchsorted(strains, threshold, side="right") - 1] == pytest.approx(expected, abs=1e-12)
+        values.add(round(expected, 3))
+    assert len(values) > 10
+    assert math.isclose(lumps[-1], 1.0)
+
+
+def test_no_bonds_no_fragments():
+    """Particles without bonds are each alone, at any threshold."""
+    halves = half_bonds(np.zeros((0, 2), dtype=int), np.zeros(0), 3)
+    tree = grow_tree(np.zeros((0, 2), dtype=int), holding_strain(halves, core_strain(halves, 0.5)), 3)
+    assert len(set(tree.cut(10.0).tolist())) == 3

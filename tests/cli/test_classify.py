@@ -1,0 +1,95 @@
+"""``snowrepro classify`` on files of other codes, as a subprocess."""
+
+import json
+import subprocess
+import sys
+
+import pandas as pd
+import pytest
+import xarray as xr
+
+# A code that does not know this package: two blocks of lattice, one of which flies off and one of which scatters.
+ANOTHER_CODE = """
+import netCDF4, numpy as np
+
+rng = np.random.default_rng(0)
+block = np.stack(np.meshgrid(np.arange(30), np.arange(30)), -1).reshape(-1, 2) * 0.5 + rng.uniform(-0.1, 0.1, (900, 2))
+snow = np.concatenate([block, block + [15.0, 0.0]])
+states = [snow]
+for step in range(1, 6):
+    moved = snow.copy()
+    moved[:900, 0] -= 2.0 * step
+    moved[900:] += rng.normal(0, 0.3 * step, (900, 2))
+    states.append(moved)
+with netCDF4.Dataset("other.nc", "w") as file:
+    for name, size in (("time", 6), ("particle", 1800)):
+        file.createDimension(name, size)
+    for d, name in enumerate("xy"):
+        file.createVariable(name, "f8", ("time", "particle"))[:] = np.stack(states)[:, :, d]
+    file.createVariable("time", "f8", ("time",))[:] = 0.1 * np.arange(6)
+    file.createVariable("mass", "f8", ("particle",))[:] = 2.0
+"""
+
+
+@pytest.fixture
+def other(tmp_path):
+    """The file of another code."""
+    assert "snowrepro" not in ANOTHER_CODE
+    subprocess.run([sys.executable, "-c", ANOTHER_CODE], cwd=tmp_path, check=True)
+    return tmp_path / "other.nc"
+
+
+def test_a_file_of_another_code(snowrepro, other, tmp_path):
+    """Half of the snow is a lump; what was assumed is told; tables and ids are written."""
+    shown = snowrepro("classify", "other.nc", "--release", "0", "lump_cells=0", "--frames", "all", "--out", "found")
+    assert shown.returncode == 0, shown.stderr
+    assert "assumed: grid spacing" in shown.stderr
+    measures = json.loads((tmp_path / "found/measures.json").read_text())
+    assert measures["lump_fraction"] == pytest.approx(0.5, abs=0.03)
+    assert measures["lumps"] == 1
+    assert measures["analysis"]["definition"] == "bonds"
+    table = pd.read_csv(tmp_path / "found/fragments.csv")
+    assert sorted(set(table["frame"])) == list(range(6))
+    assert table[table["frame"] == 3]["mass"].sum() == pytest.approx(3600)
+    lump = table[(table["frame"] == 5) & table["is_lump"]].iloc[0]
+    assert lump["velocity_x"] == pytest.approx(-20.0, rel=1e-2)
+    with xr.open_dataset(tmp_path / "found/fragments.nc") as found:
+        assert found["fragment"].shape == (6, 1800)
+        assert (found["fragment"][-1, :900] == lump["id"]).mean() > 0.95
+        assert float(found["broken_both"][-1]) > float(found["broken_both"][0]) == 0.0
+
+
+def test_settings_and_definitions(snowrepro, other):
+    """By proximity the scattered half still hangs together."""
+    shown = snowrepro("classify", "other.nc", "--release", "0", "definition=proximity", "proximity=2")
+    assert shown.returncode == 0, shown.stderr
+    numbers = dict(line.split(maxsplit=1) for line in shown.stdout.splitlines())
+    assert numbers["definition"] == "proximity"
+    assert float(numbers["lump_fraction"]) > 0.8
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "does not say when the snow was released"),
+        (["--release", "9"], "the release in frame 9 is not stored: stored are 6 frames from 0 to 5"),
+        (["--release", "0", "brake_strain=1"], "no setting 'brake_strain'"),
+        (["--release", "0", "break_strain=-1"], "break_strain: Input should be greater than 0"),
+        (["--release", "0", "proximity"], "'proximity' is not a setting: write name=value"),
+        (["--release", "0", "--grid-spacing", "-1"], "grid_spacing must be positive"),
+    ],
+)
+def test_refusals(snowrepro, other, arguments, message):
+    """One line each, exit code 2, no traceback."""
+    shown = snowrepro("classify", "other.nc", *arguments)
+    assert shown.returncode == 2
+    assert message in " ".join(shown.stderr.split())
+    assert "Traceback" not in shown.stderr
+
+
+def test_a_broken_file(snowrepro, tmp_path):
+    """Not a NetCDF at all."""
+    (tmp_path / "broken.nc").write_bytes(b"no")
+    shown = snowrepro("classify", "broken.nc")
+    assert shown.returncode == 2
+    assert "cannot be read" in shown.stderr
