@@ -30,7 +30,7 @@ def of_codes(rounds: Sequence[Round], cases: Sequence[Case]) -> list[str]:
                 f"{max(r[case].megabytes for r in rounds):.0f}",
             ]
         )
-    return _table(head, rows)
+    return in_markdown(head, rows)
 
 
 def of_sizes(rounds: Sequence[Round], cases: Sequence[Case]) -> list[str]:
@@ -46,7 +46,7 @@ def of_sizes(rounds: Sequence[Round], cases: Sequence[Case]) -> list[str]:
         ]
         for case in cases
     ]
-    return _table(head, rows)
+    return in_markdown(head, rows)
 
 
 def of_pairs(rounds: Sequence[Mapping[Case, tuple[float, float]]], cases: Sequence[Case]) -> list[str]:
@@ -61,7 +61,7 @@ def of_pairs(rounds: Sequence[Mapping[Case, tuple[float, float]]], cases: Sequen
         ]
         for case in cases
     ]
-    return _table(head, rows)
+    return in_markdown(head, rows)
 
 
 def machine() -> str:
@@ -103,5 +103,6 @@ def _processor() -> str:
     return f"{name} (family {known['cpu family']}, model {known['model']})"
 
 
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+def in_markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """A table as lines of Markdown."""
     return ["| " + " | ".join(cells) + " |" for cells in (head, ["---"] * len(head), *rows)]

@@ -12,7 +12,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from .composition import CONF_DIR, compose_raw, own_options
+from .composition import CONF_DIR, compose_raw, config_of, own_options
 from .config import Config
 from .errors import ConfigError, ExitCode, RunsFailed, SnowreproError
 from .sweep.plan import Plan, make_plan
@@ -90,6 +90,12 @@ def _parser() -> argparse.ArgumentParser:
     classify.add_argument("--frames", choices=("last", "all"), default="last", help="of which fragments are wanted")
     classify.add_argument("--out", type=Path, metavar="FOLDER", help="write fragments.csv, fragments.nc, measures.json")
     classify.set_defaults(command=classify_command)
+
+    film = commands.add_parser("film", help="an mp4 of a run, beside it coloured by fragment")
+    film.add_argument("run", help="id of a run in the store, or path of its file")
+    film.add_argument("--store", default="runs", help="folder that keeps the runs (default: %(default)s)")
+    film.add_argument("--out", type=Path, metavar="FILE", help="default: film.mp4 beside the run's file")
+    film.set_defaults(command=film_command)
     return parser
 
 
@@ -145,6 +151,18 @@ def classify_command(options: argparse.Namespace) -> ExitCode:
         if options.out:
             write(found, options.out)
             print(options.out)
+    return ExitCode.FINE
+
+
+def film_command(options: argparse.Namespace) -> ExitCode:
+    """Write a film of one run."""
+    from .report.film import film
+    from .store.runs import open_run
+
+    with open_run(options.run, options.store) as dataset:
+        path = options.out or Path(dataset.encoding["source"]).with_name("film.mp4")
+        film(dataset, config_of(dataset), path, quiet=not console.is_terminal)
+    print(path)
     return ExitCode.FINE
 
 

@@ -4,11 +4,13 @@ Beside the launcher, only this module and the sweep's plan know Hydra's types.
 """
 
 import difflib
+import json
 import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import xarray as xr
 from hydra import compose as hydra_compose
 from hydra import initialize_config_dir
 from hydra.core.global_hydra import GlobalHydra
@@ -59,6 +61,19 @@ def validate(raw: DictConfig) -> Config:
         raise ConfigError(_one_message(error)) from error
     except ValidationError as error:
         raise ConfigError("; ".join(_explain(item) for item in error.errors())) from error
+
+
+def config_of(dataset: xr.Dataset) -> Config:
+    """The configuration that a run carries; what settings it did not have yet are as they are by default.
+
+    Raises ConfigError if it carries none, or one that is none of this program.
+    """
+    if "config" not in dataset.attrs:
+        raise ConfigError("this is no run of snowrepro: it carries no configuration")
+    try:
+        return Config.model_validate({**compose().model_dump(), **json.loads(dataset.attrs["config"])})
+    except (ValidationError, ValueError) as error:
+        raise ConfigError(f"the configuration in this run is not of this version: {error}") from error
 
 
 def _explain(item: dict[str, Any]) -> str:

@@ -52,6 +52,13 @@ def scan_bonds(seen: xr.Dataset, grid_spacing: float) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=[*CHOICES, "lump_fraction"])
 
 
+def tree_curve(config: Config) -> tuple[np.ndarray, np.ndarray]:
+    """Mass in lumps of a finished run over the break strain, all else as its analysis says: see ``Tree.lumps``."""
+    seen, analysis = bonds_of(config), config.analysis
+    tree = tree_of(*bonds_by_particle(seen, np.inf, analysis.break_by), analysis.core_fraction)
+    return tree.lumps(seen["mass"].values, seen.attrs["least_lump"] * (1 - ROUND_OFF))
+
+
 def bonds_by_particle(seen: xr.Dataset, longest: float, sign: str) -> tuple[np.ndarray, HalfBonds]:
     """Stored bonds up to the length ``longest``, pairs (m, 2), and the same by particle with their strains."""
     bonds, history = _stored_bonds(seen)

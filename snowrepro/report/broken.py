@@ -1,0 +1,98 @@
+"""What broke: the mass in fragments of every size, and the bonds over time."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from ..analysis.summary import bonds_of
+from ..config import Config
+from .drawing import save
+from .evidence import Evidence
+
+ARMS = ((True, "with sintering"), (False, "without sintering"))
+LEAST = 1e-4  # mass of a fragment, as part of the body, from which on the curves are drawn
+
+
+def section(evidence: Evidence) -> list[str]:
+    """Both pictures with what they show; nothing where no run is done."""
+    done = [config for config in evidence.configs if evidence.is_done(config)]
+    if not done:
+        return []
+    draw_survival(done, evidence)
+    draw_bonds(done, evidence)
+    return [
+        "## What broke",
+        "",
+        "![Mass in fragments of at least a given mass, for each pressure](survival.png)",
+        "",
+        "Phi(m): the part of the mass that is in fragments of at least m at the end. Where a curve meets the upright "
+        "line, the least mass of a lump, it shows the mass in lumps; wherever one would put that line, more lumps than "
+        "powder is to meet it above one half. One curve a run.",
+        "",
+        "![Part of the bonds that are broken over time](bonds.png)",
+        "",
+        "Bonds broken by stretch or crushing (solid) and by stretch alone (dashed), from the release on: most break by "
+        "crushing, in a moment at the impact.",
+        "",
+    ]
+
+
+def draw_survival(configs: Sequence[Config], evidence: Evidence) -> None:
+    """Phi(m), a panel for each arm, a colour for each pressure."""
+    figure, axes = _two_panels()
+    colours = colours_of(evidence.configs)
+    for config in configs:
+        seen = bonds_of(config)
+        mass = seen["fragment_mass"].values / seen["mass"].values.sum()
+        ax = axes[0 if config.sintering.enabled else 1]
+        size, held = np.array([1.0, *mass, LEAST / 10]), np.array([0.0, *np.cumsum(mass), 1.0])
+        ax.step(size, held, where="post", color=colours[config.pressure], lw=1.2)
+        lump = float(seen.attrs["least_lump"]) / float(seen["mass"].sum())
+        ax.axvline(lump, color="0.6", lw=0.8)
+    for ax in axes:
+        ax.axhline(0.5, color="0.6", lw=0.8, ls=":")
+        ax.set(xscale="log", xlim=(LEAST, 1.2), ylim=(-0.02, 1.02), xlabel="mass m of a fragment [part of the body]")
+    axes[0].set_ylabel("mass in fragments of at least m [1]")
+    _finish(figure, colours)
+    save(figure, evidence.folder / "survival.png")
+
+
+def draw_bonds(configs: Sequence[Config], evidence: Evidence) -> None:
+    """The broken part of the bonds over time, likewise."""
+    figure, axes = _two_panels()
+    colours = colours_of(evidence.configs)
+    for config in configs:
+        seen = bonds_of(config)
+        time = seen["state"].values * config.loading.frame_time
+        ax = axes[0 if config.sintering.enabled else 1]
+        ax.plot(time, seen["broken_both"], color=colours[config.pressure], lw=1.2)
+        ax.plot(time, seen["broken_stretch"], color=colours[config.pressure], lw=1.0, ls="--")
+    for ax in axes:
+        ax.set(ylim=(-0.02, 1.02), xlabel="time since pressing began [s]")
+    axes[0].set_ylabel("broken part of the bonds [1]")
+    _finish(figure, colours)
+    save(figure, evidence.folder / "bonds.png")
+
+
+def _two_panels() -> tuple[Figure, list[Axes]]:
+    figure = Figure(figsize=(8.2, 3.6), layout="constrained")
+    axes = list(figure.subplots(1, 2, sharey=True))
+    for ax, (_, title) in zip(axes, ARMS, strict=True):
+        ax.set_title(title, fontsize=10)
+    return figure, axes
+
+
+def colours_of(configs: Sequence[Config]) -> dict[float, tuple]:
+    """A colour for each pressure, from dark to bright as it rises."""
+    pressures = sorted({config.pressure for config in configs})
+    return {p: colormaps["plasma"](0.85 * i / max(len(pressures) - 1, 1)) for i, p in enumerate(pressures)}
+
+
+def _finish(figure: Figure, colours: dict[float, tuple]) -> None:
+    """The legend of pressures."""
+    lines = [Line2D([], [], color=colour, label=f"pressure {pressure:g}") for pressure, colour in colours.items()]
+    figure.legend(handles=lines, loc="outside lower center", ncols=min(len(lines), 6), frameon=False, fontsize=8)

@@ -1,0 +1,199 @@
+"""Does a verdict hang on the definition of a lump?  The whole scan in one table, one curve and the exceptions."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ..analysis import claims
+from ..analysis.sensitivity import CHOICES, scan, tree_curve
+from ..config import Config
+from .broken import colours_of
+from .drawing import save
+from .evidence import Evidence, markdown
+
+KEPT, LOST, USUAL = "#0072B2", "#bbbbbb", "#D55E00"
+NAMES = {
+    "definition": "definition",
+    "break_by": "bonds break by",
+    "break_strain": "break strain",
+    "core_fraction": "core rule",
+    "link_length": "longest bond",
+    "lump_mass": "least lump",
+}
+
+
+def section(evidence: Evidence) -> list[str]:
+    """Every definition's lumps and whether the claims' numbers hold; nothing where runs are missing."""
+    configs = list(evidence.configs)
+    if not all(evidence.is_done(config) for config in configs):
+        return ["## Does it hang on the definition of a lump?", "", "Not scanned: runs are missing.", ""]
+    choices, lumps = _scan(configs)
+    judged = [c for c in configs[0].claims.list if c.test != "scenes" and c.measure == "lump_fraction"]
+    holds = pd.DataFrame({claim.name: claims.points(claim, lumps) for claim in judged})
+    _write(choices, lumps, holds, evidence)
+    usual = _usual(choices, configs[0])
+    draw_specifications(choices, lumps, holds, usual, evidence)
+    draw_strains(configs, evidence)
+    return [
+        "## Does it hang on the definition of a lump?",
+        "",
+        f"All runs under {len(choices)} definitions: six choices in all combinations, and three other rules of what "
+        "holds together. By the means over seeds the claims hold in this part of them "
+        "([the whole table](sensitivity.csv)):",
+        "",
+        *markdown(_by_choice(choices, holds)),
+        "",
+        *_exceptions(choices, holds, usual),
+        "",
+        "![Every definition, sorted by what pressure does to the lumps under it](specification.png)",
+        "",
+        "Top: lumps at the highest less those at the lowest pressure, sintered; blue where all claims hold, grey where "
+        "one is lost, the definition used here in orange. Below: what each definition chose. This shows how much hangs "
+        "on the choices; it is not one better test, and its definitions are no independent trials.",
+        "",
+        "![Mass in lumps over the strain at which a bond breaks](strains.png)",
+        "",
+        "Mass in lumps over the break strain, all else as used here; each curve is one run and comes from one tree. "
+        "The upright line is the strain used.",
+        "",
+    ]
+
+
+def _scan(configs: Sequence[Config]) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """All definitions, columns CHOICES, and the lumps under each by arm and pressure, means over seeds."""
+    by_run: dict[tuple[str, float], list[pd.Series]] = {}
+    for config in configs:
+        found = scan(config)
+        key = claims.arm(config), config.pressure
+        by_run.setdefault(key, []).append(found["lump_fraction"])
+    lumps = pd.DataFrame({key: pd.concat(by_run[key], axis=1).mean(axis=1) for key in sorted(by_run)})
+    lumps.columns = pd.MultiIndex.from_tuples(lumps.columns, names=["arm", "pressure"])
+    return found[list(CHOICES)], lumps
+
+
+def _usual(choices: pd.DataFrame, config: Config) -> int:
+    """Which row is the definition that the reports use; -1 if it is not among them."""
+    analysis = config.analysis.model_dump()
+    same = np.ones(len(choices), dtype=bool)
+    for name in CHOICES:
+        same &= (choices[name] == analysis[name]).to_numpy()
+    return int(np.argmax(same)) if same.any() else -1
+
+
+def _write(choices: pd.DataFrame, lumps: pd.DataFrame, holds: pd.DataFrame, evidence: Evidence) -> None:
+    flat = lumps.set_axis([f"{arm} {pressure:g}" for arm, pressure in lumps.columns], axis=1)
+    table = pd.concat([choices, flat, holds], axis=1)
+    table.to_csv(evidence.folder / "sensitivity.csv", index=False, float_format="%.4g", lineterminator="\n")
+
+
+def _by_choice(choices: pd.DataFrame, holds: pd.DataFrame) -> pd.DataFrame:
+    """For each value of each choice the part of the definitions with it in which each claim holds."""
+    rows = [{"choice": "all", "value": "", "definitions": len(holds), **_percent(holds)}]
+    bonds = choices["definition"] == "bonds"
+    for name in CHOICES:
+        of = choices if name == "definition" else choices[bonds]
+        for value, rows_with in of.groupby(name, sort=True).groups.items():
+            part = holds.loc[rows_with]
+            shown = f"{value:g}" if isinstance(value, float) else str(value)
+            rows.append({"choice": NAMES[name], "value": shown, "definitions": len(part), **_percent(part)})
+    return pd.DataFrame(rows)
+
+
+def _percent(values: pd.DataFrame) -> dict[str, str]:
+    return {name: f"{100 * column.mean():.0f} %" for name, column in values.items()} | {
+        "all claims": f"{100 * values.all(axis=1).mean():.0f} %"
+    }
+
+
+def _exceptions(choices: pd.DataFrame, holds: pd.DataFrame, usual: int) -> list[str]:
+    """Single changes of the definition used here that lose a claim."""
+    if usual < 0:
+        return ["The definition used here is not among them."]
+    base = choices.iloc[usual]
+    lines = []
+    for row in range(len(choices)):
+        changed = [name for name in CHOICES if choices.iloc[row][name] != base[name]]
+        other_rule = choices.iloc[row]["definition"] != base["definition"]
+        if other_rule and choices.iloc[row]["lump_mass"] != base["lump_mass"]:
+            continue
+        if len(changed) == 1 or other_rule:
+            lost = [name for name in holds if holds[name].iloc[usual] and not holds[name].iloc[row]]
+            if lost:
+                lines.append(f"- {_told(choices.iloc[row], changed)}: {', '.join(lost)}")
+    head = "Changed one at a time from the definition used here, these lose a claim:"
+    return [head, "", *lines] if lines else ["No single change of the definition used here loses a claim."]
+
+
+def _told(choice: pd.Series, changed: Sequence[str]) -> str:
+    """What was changed, in words."""
+    if "definition" in changed:
+        detail = {"proximity": "link_length", "damage": "core_fraction"}.get(choice["definition"])
+        return f"{choice['definition']} {choice[detail]:g}" if detail else str(choice["definition"])
+    return ", ".join(f"{NAMES[name]} {choice[name]}" for name in changed)
+
+
+def draw_specifications(
+    choices: pd.DataFrame, lumps: pd.DataFrame, holds: pd.DataFrame, usual: int, evidence: Evidence
+) -> None:
+    """The specification curve: the effect under every definition, and below it what each chose."""
+    sintered = lumps["sintered"]
+    effect = (sintered.iloc[:, -1] - sintered.iloc[:, 0]).to_numpy()
+    order = np.argsort(effect, kind="stable")
+    kept = holds.all(axis=1).to_numpy()[order]
+    choices = choices.iloc[order]
+    levels = [(name, value) for name in CHOICES for value in _values(choices, name)]
+    figure = Figure(figsize=(9.5, 2.6 + 0.17 * len(levels)), layout="constrained")
+    top, below = figure.subplots(2, 1, sharex=True, height_ratios=[2.2, 0.17 * len(levels)])
+    places = np.arange(len(order))
+    top.axhline(0, color="0.6", lw=0.8)
+    top.scatter(places, effect[order], s=5, c=np.where(kept, KEPT, LOST))
+    rank = int(np.argmax(order == usual))
+    if usual >= 0:
+        top.plot([rank], [effect[usual]], "D", color=USUAL, ms=6)
+        below.axvline(rank, color=USUAL, lw=0.8)
+    top.set_ylabel("lumps, highest less\nlowest pressure [1]", fontsize=9)
+    top.set_title(f"all claims hold under {kept.sum()} of {len(kept)} definitions", fontsize=10, loc="left")
+    _draw_choices(below, choices, levels, kept)
+    below.set_xlabel("definitions, by rising effect", fontsize=9)
+    save(figure, evidence.folder / "specification.png")
+
+
+def _values(choices: pd.DataFrame, name: str) -> list:
+    """Levels of one choice; empty and NaN do not apply."""
+    return [value for value in sorted(choices[name].dropna().unique()) if value != ""]
+
+
+def _draw_choices(ax: Axes, choices: pd.DataFrame, levels: list[tuple], kept: np.ndarray) -> None:
+    """A row of marks for each level of each choice."""
+    labels = []
+    for row, (name, value) in enumerate(levels):
+        places = np.flatnonzero((choices[name] == value).to_numpy())
+        ax.scatter(places, np.full(len(places), row), s=9, marker="|", c=np.where(kept[places], KEPT, LOST), lw=0.7)
+        shown = f"{value:g}" if isinstance(value, float) else str(value)
+        first = row == 0 or levels[row - 1][0] != name
+        labels.append(f"{NAMES[name]}   {shown}" if first else shown)
+    ax.set(yticks=range(len(levels)), ylim=(len(levels) - 0.3, -0.7))
+    ax.set_yticklabels(labels, fontsize=7)
+    ax.tick_params(axis="y", length=0)
+
+
+def draw_strains(configs: Sequence[Config], evidence: Evidence) -> None:
+    """Mass in lumps over the break strain, from each run's tree."""
+    figure = Figure(figsize=(6.4, 3.6), layout="constrained")
+    ax = figure.subplots()
+    colours = colours_of(configs)
+    for config in configs:
+        strain, lumps = tree_curve(config)
+        style = "-" if config.sintering.enabled else ":"
+        label = f"{config.pressure:g}, {'sintered' if config.sintering.enabled else 'not sintered'}"
+        ax.step(strain, lumps, style, where="post", color=colours[config.pressure], lw=1.2, label=label)
+    ax.axvline(configs[0].analysis.break_strain, color=USUAL, lw=0.8)
+    ax.axhline(0.5, color="0.6", lw=0.8, ls=":")
+    ax.set(xlim=(0, 0.8), ylim=(-0.02, 1.02), xlabel="break strain [1]", ylabel="mass in lumps [1]")
+    handles, labels = ax.get_legend_handles_labels()
+    once = dict(zip(labels, handles, strict=True))
+    figure.legend(once.values(), once.keys(), loc="outside right center", frameon=False, fontsize=8, title="pressure")
+    save(figure, evidence.folder / "strains.png")
