@@ -8,6 +8,7 @@ from pathlib import Path
 import pandas as pd
 import xarray as xr
 
+from ..analysis import claims
 from ..config import Config, Experiment
 from ..store import runs
 
@@ -37,6 +38,20 @@ class Findings:
 
     lines: list[str]
     verdict: str
+
+
+def judged_scenes(evidence: Evidence) -> list[claims.Scene]:
+    """Every scene that was asked for, in order, with the verdicts on its runs."""
+    found = []
+    for shape, floor in dict.fromkeys((c.shape.name, c.floor.name) for c in evidence.configs):
+        table = evidence.table
+        if len(table):
+            table = table[(table["shape"] == shape) & (table["floor"] == floor)]
+        calibrated = evidence.experiment.calibrated_on == (shape, floor)
+        lost = evidence.lost(c for c in evidence.configs if (c.shape.name, c.floor.name) == (shape, floor))
+        verdicts = claims.judge(evidence.configs[0].claims, table, calibrated, lost)
+        found.append(claims.Scene(shape, floor, table, calibrated, verdicts, lost))
+    return found
 
 
 @contextmanager

@@ -14,7 +14,7 @@ from ..analysis import claims
 from ..analysis.fragments import Fragments, bond_histories, classify_frames, fragments_of
 from ..config import Config
 from .drawing import SNOW, column_title, crop, draw_snow, draw_stage, fragment_colours, save
-from .evidence import Evidence, Findings, in_paper_order, markdown, opened
+from .evidence import Evidence, Findings, in_paper_order, judged_scenes, markdown, opened
 
 SCAN_STRAINS = (0.2, 0.25, 0.3, 0.4, 0.5)
 SCAN_CORES = (0.25, 0.3333, 0.5)
@@ -36,18 +36,16 @@ def report(evidence: Evidence) -> Findings:
     rows = [_row(config, evidence) for config in in_paper_order(evidence.configs)]
     draw_strip(rows, experiment.frames, first, evidence.folder / "strip.png", by_fragment=False)
     draw_strip(rows, experiment.frames, first, evidence.folder / "fragments.png", by_fragment=True)
-    calibrated = experiment.calibrated_on == (first.shape.name, first.floor.name)
-    verdicts = claims.judge(evidence.table, calibrated, evidence.lost(evidence.configs))
-    verdict = claims.sentence(evidence.table, verdicts)
+    scenes = judged_scenes(evidence)
+    verdict = " ".join(claims.sentence(scene.table, scene.verdicts) for scene in scenes)
     lines = [
         f"**Verdict.** {verdict}",
         "",
         '"More lumps than powder" is read as: more than half of the mass is in lumps. '
-        "Means over seeds; the numbers are the mass fraction in lumps.",
+        "Means over seeds; the numbers are the mass fraction in lumps. conf/claims/paper.yaml says by which rule each "
+        f"claim is decided. One seed decides nothing: `snowrepro claims experiment={experiment.name} seeds=3` does.",
         "",
-        "| claim | statement | measured | verdict |",
-        "|---|---|---|---|",
-        *(f"| {v.claim} | {v.statement} | {v.measured} | {v.word} |" for v in verdicts),
+        *(line for scene in scenes for line in _verdict_table(scene)),
         "",
         f"![Snow at {len(experiment.frames)} times, a row for each pressure, first with and then without sintering]"
         "(strip.png)",
@@ -67,6 +65,16 @@ def report(evidence: Evidence) -> Findings:
         *_scan(evidence),
     ]
     return Findings(lines, verdict)
+
+
+def _verdict_table(scene: claims.Scene) -> list[str]:
+    """A row a claim: what was measured, how it was decided, and what is against it."""
+    heads = ["claim", "statement", "measured", "seeds", "verdict", "numbers", "against it"]
+    rows = [
+        [v.claim, v.statement, v.measured, v.seeds, v.shown, v.way, "; ".join([*v.disagrees, v.note])]
+        for v in scene.verdicts
+    ]
+    return [f"{scene.name.capitalize()}:", "", *markdown(pd.DataFrame(rows, columns=heads)), ""]
 
 
 def draw_strip(rows: Sequence[Row], frames: Sequence[int], config: Config, path: Path, by_fragment: bool) -> None:
@@ -119,20 +127,22 @@ def _scan(evidence: Evidence) -> list[str]:
     settings |= {f"{sign} only": {"break_by": sign} for sign in ("stretch", "crush")}
     ordered = in_paper_order(evidence.configs)
     by_run = [_lumps(config, evidence, settings.values()) for config in ordered]
+    judged = ordered[0].claims
+    of_lumps = judged.model_copy(update={"list": tuple(c for c in judged.list if c.measure == "lump_fraction")})
     rows, held_by = [], Counter()
     for name, fractions in zip(settings, zip(*by_run, strict=True), strict=True):
         known = [
-            {"sintering": c.sintering.name, "pressure": c.pressure, "lump_fraction": fraction}
+            {"sintering": c.sintering.name, "pressure": c.pressure, "seed": c.seed, "lump_fraction": fraction}
             for c, fraction in zip(ordered, fractions, strict=True)
             if fraction is not None
         ]
-        verdicts = claims.judge(pd.DataFrame(known), False, evidence.lost(ordered))
-        held = [v.claim for v in verdicts if v.word == claims.REPRODUCED]
+        verdicts = claims.judge(of_lumps, pd.DataFrame(known), False, evidence.lost(ordered))
+        held = [v.claim for v in verdicts if v.agrees]
         held_by.update(held)
         shown = ["missing" if fraction is None else f"{fraction:.2f}" for fraction in fractions]
         rows.append([name, *shown, " ".join(held) or "none"])
     names = [f"{c.pressure:g}, {c.sintering.name}, seed {c.seed}" for c in ordered]
-    heads = ["break strain / core fraction", *names, "claims that hold"]
+    heads = ["break strain / core fraction", *names, "claims that the numbers agree with"]
     counts = ", ".join(f"{claim} in {count}" for claim, count in sorted(held_by.items())) or "no claim in any"
     return [*markdown(pd.DataFrame(rows, columns=heads)), "", f"Of these {len(settings)} definitions: {counts}."]
 

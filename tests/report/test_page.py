@@ -173,6 +173,7 @@ def test_convergence_tells_what_moves_beyond_the_seeds(tmp_path):
                 config = compose([change, f"pressure={pressure}", f"sintering={arm}"])
                 configs.append(config.model_copy(update={"experiment": experiment}))
                 row = {"run_id": runs.identify(config), "sintering": arm, "pressure": float(pressure)}
+                row |= {"seed": config.seed}
                 row |= {"lump_fraction": value if arm == "paper" else 0.01, "particles": 10, "substeps": 5}
                 if value is None:
                     missing.add(row["run_id"])
