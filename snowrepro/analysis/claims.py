@@ -202,9 +202,10 @@ def _judge_one(claim: Claim, alpha: float, blocks: Blocks, calibrated: bool) -> 
     found = rule(replace(verdict, seeds=len(values)), claim, alpha, values)
     found = replace(found, disagrees=tuple(_told(part) for part in found.parts if not part.agrees))
     if len(values) < 2:
-        notes.append(f"one seed decides nothing; its numbers {found.way}")
-        found = replace(found, word=INCONCLUSIVE, note="")
-    return replace(found, note="; ".join([*notes, found.note] if found.note else notes))
+        found = replace(found, word=INCONCLUSIVE, note="one seed decides nothing")
+    if found.word == INCONCLUSIVE:
+        notes += [found.note, f"the numbers {found.way}"]
+    return replace(found, note="; ".join(notes))
 
 
 def _rises(verdict: Verdict, claim: Claim, alpha: float, values: pd.DataFrame) -> Verdict:
@@ -256,7 +257,7 @@ def _over_scenes(claim: Claim, alpha: float, scenes: Sequence[Scene]) -> Verdict
     counts = _counts(claim, scenes)
     verdict = Verdict(
         claim.name, claim.statement, counts=counts,
-        measured=", ".join(f"{c.claim} in {c.holds} of {c.scenes}" for c in counts) or "no claims",
+        measured=", ".join(f"{c.claim} in {c.holds} of {c.scenes}" for c in counts) if scenes else "no other scenes",
         disagrees=tuple(f"{c.claim}: {', '.join(c.against)}" for c in counts if c.against),
         seeds=min((scene.verdict(name).seeds for scene in scenes for name in claim.claims), default=0),
     )  # fmt: skip

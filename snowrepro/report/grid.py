@@ -24,14 +24,13 @@ def report(evidence: Evidence) -> Findings:
     sheets = _draw_sheets(shapes, floors, evidence)
     verdict = _sentence(over)
     calibrated = evidence.experiment.calibrated_on
+    chosen_on = f"The pressures were chosen on {' on '.join(calibrated)}, which is not counted. " if calibrated else ""
     lines = [
         f"**Verdict.** {verdict}",
         "",
         *(line for v in over for line in _counts(claims, v)),
-        f"The pressures were chosen on {' on '.join(calibrated)}, which is not counted. "
-        * bool(calibrated)
-        + "Numbers agree or not by their means over the seeds; p is that of an exact binomial test for agreement in "
-        "more scenes than not. What a scene says alone needs several seeds: "
+        f"{chosen_on}Numbers agree or not by their means over the seeds; p is that of an exact binomial "
+        "test for agreement in more scenes than not. What a scene says alone needs several seeds: "
         f"`snowrepro claims experiment={evidence.experiment.name} seeds=3`. Lumps are mass fractions.",
         "",
         "![Mass in lumps over pressure, a panel a scene](curves.png)",

@@ -159,14 +159,14 @@ def test_bonferroni_for_what_is_against_the_claim():
 
 
 def test_one_seed_decides_nothing():
-    """It says which way its numbers point."""
+    """It says which way the numbers point."""
     verdicts = judged(LIKE_THE_PAPER[:1], POWDER[:1])
     assert {v.word for v in verdicts.values()} == {INCONCLUSIVE}
-    assert {v.note for v in verdicts.values()} == {"one seed decides nothing; its numbers agree"}
+    assert {v.note for v in verdicts.values()} == {"one seed decides nothing; the numbers agree"}
     assert all(v.agrees and v.p is None and v.effect.low is None for v in verdicts.values())
     against = judged([[0.9, 0.5, 0.2]], POWDER[:1])["C1"]
     assert (against.word, against.agrees) == (INCONCLUSIVE, False)
-    assert against.note.endswith("its numbers disagree")
+    assert against.note.endswith("the numbers disagree")
     said = claims.sentence(table([[0.9, 0.5, 0.2]], POWDER[:1]), [against, verdicts["C4"]])
     assert "one seed decides nothing, the numbers disagree with: C1" in said
     assert "the numbers agree with: C4" in said
