@@ -82,7 +82,7 @@ def screen(judgement: Judgement) -> list[str]:
         head,
         "",
         *frame.to_string(index=False, justify="left", formatters=_left(frame)).splitlines(),
-        "* by calibration, no test; - the numbers disagree; P50: pressure at which half of the mass is in lumps",
+        "* by calibration, no test; - the numbers disagree; P50: pressure where half of the mass is in lumps",
         "",
         *_rows_of(over),
     ]
@@ -164,8 +164,8 @@ def _page(judgement: Judgement) -> list[str]:
         "![Mass in lumps over pressure: seeds, means, rising fit, P50](response.png)",
         "",
         "Points: seeds; bars: means; lines: rising fit over log pressure (isotonic regression); diamond: P50 with its "
-        "interval, a bootstrap over seeds. Orange with sintering, grey without. Seeds show numerical "
-        "repeatability, not physical replication.",
+        "interval, a bootstrap over seeds, which knows nothing of the curve between two pressures. Orange with "
+        "sintering, grey without. Seeds show numerical repeatability, not physical replication.",
         "",
         "## The rules",
         "",

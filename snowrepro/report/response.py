@@ -58,9 +58,10 @@ def _draw_panel(ax: Axes, scene: Scene, half: Crossing, shown: str) -> None:
         means, colour = blocks.mean(), COLOURS[arm]
         fit = rising(means)
         ax.plot(fit.index, fit, "-", color=colour, lw=1.3, label="_")
-        ax.plot(means.index, means, "_", color=colour, ms=4 * size, mew=1.6, label=f"{LABELS[arm]}: mean")
+        ax.plot(means.index, means, "_", color=colour, ms=4 * size, mew=1.6, label=f"{LABELS[arm]}: mean and fit")
         for place, (_, values) in enumerate(blocks.iterrows()):
-            ax.plot(_beside(blocks, place), values, "o", color=colour, ms=size, alpha=0.55, mew=0, label="_")
+            label = "a seed" if (arm, place) == (ARMS[0], 0) else "_"
+            ax.plot(_beside(blocks, place), values, "o", color=colour, ms=size, alpha=0.55, mew=0, label=label)
     if half.pressure is None:
         return
     if half.low is not None and half.high is not None:
