@@ -323,5 +323,5 @@ def _in_words(verdict: Verdict) -> str:
     """The verdict as the head of a list of claims."""
     if verdict.word == INCONCLUSIVE:
         why = "one seed decides nothing" if verdict.seeds == 1 else "inconclusive"
-        return f"{why}, the numbers {verdict.way} with"
+        return f"{why}, the numbers {verdict.way} with{BESIDE[INCONCLUSIVE] * verdict.calibrated}"
     return verdict.shown.replace(verdict.word, verdict.word.lower())

@@ -19,9 +19,13 @@ from .evidence import Evidence, opened
 
 
 def write_records(
-    evidence: Evidence, scenes: Sequence[Scene], over: Sequence[Verdict], halves: dict[str, Crossing]
+    evidence: Evidence,
+    scenes: Sequence[Scene],
+    over: Sequence[Verdict],
+    halves: dict[str, Crossing],
+    shown: dict[str, str],
 ) -> None:
-    """Write claims.json and claims.csv into the report's folder."""
+    """Write claims.json and claims.csv into the report's folder.  ``halves``, ``shown``: P50 by scene, and in words."""
     claims = evidence.configs[0].claims
     content = claims.model_dump(mode="json")
     record = {
@@ -37,7 +41,7 @@ def write_records(
                 "floor": scene.floor,
                 "calibrated": scene.calibrated,
                 "verdicts": [_verdict(v) for v in scene.verdicts],
-                "P50": asdict(halves[scene.name]),
+                "P50": {**asdict(halves[scene.name]), "shown": shown[scene.name]},
                 "cells": _cells(scene, claims),
             }
             for scene in scenes

@@ -33,6 +33,7 @@ def draw_response(scenes: Sequence[Scene], halves: dict[str, Crossing], shown: d
         _draw_panel(ax, scene, halves[scene.name], shown[scene.name] if alone else "")
         ax.set_title(scene.name, fontsize=10 if alone else 8)
         ax.set(xscale="log", ylim=(-0.04, 1.04))
+        ax.margins(x=0.09)
         if len(pressures) <= 4:
             ax.set_xticks(pressures, [f"{pressure:g}" for pressure in pressures])
             ax.minorticks_off()

@@ -46,7 +46,6 @@ def report(evidence: Evidence) -> Findings:
         f"claim is decided. One seed decides nothing: `snowrepro claims experiment={experiment.name} seeds=3` does.",
         "",
         *(line for scene in scenes for line in _verdict_table(scene)),
-        "",
         f"![Snow at {len(experiment.frames)} times, a row for each pressure, first with and then without sintering]"
         "(strip.png)",
         "",
@@ -69,12 +68,12 @@ def report(evidence: Evidence) -> Findings:
 
 def _verdict_table(scene: claims.Scene) -> list[str]:
     """A row a claim: what was measured, how it was decided, and what is against it."""
-    heads = ["claim", "statement", "measured", "seeds", "verdict", "numbers", "against it"]
+    heads = ["claim", "statement", "measured", "seeds", "verdict", "against it", "note"]
     rows = [
-        [v.claim, v.statement, v.measured, v.seeds, v.shown, v.way, "; ".join([*v.disagrees, v.note])]
+        [v.claim, v.statement, v.measured, v.seeds, v.shown, "; ".join(v.disagrees) or "-", v.note or "-"]
         for v in scene.verdicts
     ]
-    return [f"{scene.name.capitalize()}:", "", *markdown(pd.DataFrame(rows, columns=heads)), ""]
+    return [f"Snow and floor: {scene.name}.", "", *markdown(pd.DataFrame(rows, columns=heads)), ""]
 
 
 def draw_strip(rows: Sequence[Row], frames: Sequence[int], config: Config, path: Path, by_fragment: bool) -> None:

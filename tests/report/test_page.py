@@ -39,6 +39,9 @@ def test_report_shows_runs_and_what_is_missing(stored):
     assert page.index("**Verdict.**") < page.index("strip.png")
     assert "| C4 |" in page
     assert "NOT RUN" in page.split("| C4 |")[1].splitlines()[0]
+    c3 = page.split("| C3 |")[1].splitlines()[0]
+    assert "INCONCLUSIVE (pressures calibrated here)" in c3 and "one seed decides nothing; the numbers" in c3
+    assert "`snowrepro claims experiment=fig5 seeds=3`" in page
     assert "**missing**: ball on L, 3000, none, seed 0: not run" in page
     assert "snowrepro run experiment=fig5" in page
     assert len(pd.read_csv(report.folder / "summary.csv")) == 1
