@@ -1,4 +1,4 @@
-"""The command line: ``snowrepro run``, ``config`` and ``classify``."""
+"""The command line: ``snowrepro run``, ``claims``, ``config`` and ``classify``."""
 
 import argparse
 import contextlib
@@ -15,7 +15,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from .composition import CONF_DIR, compose_raw, config_of, own_options
 from .config import Config
 from .errors import ConfigError, ExitCode, RunsFailed, SnowreproError
-from .sweep.plan import Plan, make_plan
+from .sweep.plan import Plan, make_claims_plan, make_plan
 
 console = Console(stderr=True, highlight=False)
 
@@ -38,6 +38,17 @@ examples:
   snowrepro classify ball-L-530-paper-paper-0-2f63b27e3e
   snowrepro classify other.nc --release 40 definition=proximity --frames all --out fragments
 """
+CLAIMS_HELP = """\
+Runs the experiment with the seeds 0 to N - 1, as far as it is not done, and judges the paper's claims by the
+rules of conf/claims: a table here; pictures, claims.json and claims.csv in reports/<experiment>/claims/.
+
+examples:
+  snowrepro claims experiment=fig5
+  snowrepro claims experiment=grid seeds=5 fidelity=preview
+
+exit codes: 0 fine, whatever the verdicts, 2 bad input (config, folder), 3 runs failed, 130 interrupted
+"""
+DEFAULT_SEEDS = 3
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -74,6 +85,15 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("overrides", nargs="*", help="Hydra overrides; 'snowrepro config' shows what there is")
     run.set_defaults(command=run_command)
 
+    judge = commands.add_parser(
+        "claims", help="decide the paper's claims by an experiment with several seeds", epilog=CLAIMS_HELP,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )  # fmt: skip
+    judge.add_argument(
+        "overrides", nargs="*", help=f"experiment=..., seeds=N (default: {DEFAULT_SEEDS}) and other Hydra overrides"
+    )
+    judge.set_defaults(command=claims_command)
+
     show = commands.add_parser("config", help="print the configuration that the overrides give")
     show.add_argument("overrides", nargs="*")
     show.set_defaults(command=config_command)
@@ -107,17 +127,26 @@ def run_command(options: argparse.Namespace) -> ExitCode:
     _check_scenes(plan)
     if not plan.needs_runs:
         return _report_sweep(plan)
-    runs.require_writable(plan.configs[0].store)
-    done = [runs.is_done(config) for config in plan.configs]
     if plan.is_sweep:
-        _say(f"{len(done)} runs, {sum(done)} of them done, store '{plan.configs[0].store}'")
-        if not all(done):
-            started = time.monotonic()
-            _launch(plan)
-            _say_cost(plan, len(done) - sum(done), time.monotonic() - started)
+        _run_missing(plan)
         return _report_sweep(plan)
-    _run_one(plan.configs[0], done[0])
+    runs.require_writable(plan.configs[0].store)
+    _run_one(plan.configs[0], runs.is_done(plan.configs[0]))
     return ExitCode.FINE
+
+
+def claims_command(options: argparse.Namespace) -> ExitCode:
+    """Run what is not done of an experiment with several seeds, then judge the claims from the store."""
+    seeds, overrides = _split_seeds(options.overrides)
+    plan = make_claims_plan(overrides, seeds)
+    from .report.claims import write_claims
+
+    _check_scenes(plan)
+    _run_missing(plan)
+    report = write_claims(plan.configs, [*overrides, f"seeds={seeds}"])
+    print("\n".join(report.lines))
+    print(f"report: {report.folder / 'index.md'}")
+    return _require_results(plan)
 
 
 def config_command(options: argparse.Namespace) -> ExitCode:
@@ -172,6 +201,28 @@ def _settings(texts: Sequence[str]) -> dict[str, str]:
         if "=" not in text:
             raise ConfigError(f"'{text}' is not a setting: write name=value, for example break_strain=0.2")
     return dict(text.split("=", 1) for text in texts)
+
+
+def _split_seeds(overrides: Sequence[str]) -> tuple[int, list[str]]:
+    """The number after seeds=, and the other overrides.  Raises ConfigError where it is none."""
+    given = [text.removeprefix("seeds=") for text in overrides if text.startswith("seeds=")]
+    others = [text for text in overrides if not text.startswith("seeds=")]
+    if len(given) > 1 or not all(text.isdecimal() and text.isascii() for text in given):
+        raise ConfigError(f"seeds: should be one whole number of at least 1 (got {', '.join(given)})")
+    return int(given[0]) if given else DEFAULT_SEEDS, others
+
+
+def _run_missing(plan: Plan) -> None:
+    """Run what is not done of a sweep."""
+    from .store import runs
+
+    runs.require_writable(plan.configs[0].store)
+    done = [runs.is_done(config) for config in plan.configs]
+    _say(f"{len(done)} runs, {sum(done)} of them done, store '{plan.configs[0].store}'")
+    if not all(done):
+        started = time.monotonic()
+        _launch(plan)
+        _say_cost(plan, len(done) - sum(done), time.monotonic() - started)
 
 
 def _check_scenes(plan: Plan) -> None:
@@ -235,15 +286,22 @@ def _report_sweep(plan: Plan) -> ExitCode:
     from .report.page import write_report
     from .store import runs
 
-    missing = [config for config in plan.configs if plan.needs_runs and not runs.is_done(config)]
     if plan.configs[0].experiment:
         report = write_report(plan.configs, plan.overrides)
         print(f"verdict: {report.verdict}")
         print(f"report: {report.folder / 'index.md'}")
     else:
         for config in plan.configs:
-            if config not in missing:
+            if runs.is_done(config):
                 _print_line(config)
+    return _require_results(plan)
+
+
+def _require_results(plan: Plan) -> ExitCode:
+    """Fine if every run has a result.  Raises RunsFailed with the reasons if one has none."""
+    from .store import runs
+
+    missing = [config for config in plan.configs if plan.needs_runs and not runs.is_done(config)]
     if missing:
         reasons = "; ".join(f"{runs.identify(c)}: {runs.failure(c) or 'it ended early'}" for c in missing)
         count = f"{len(missing)} of {len(plan.configs)} runs have no result"

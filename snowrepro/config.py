@@ -281,7 +281,7 @@ class Experiment(Section):
     ]
     frames: tuple[int, ...] = Field((), description="strip: the columns; setting: pressed and falling [frames]")
     calibrated_on: tuple[str, str] | None = Field(
-        None, description="strip, grid: shape and floor whose sintered runs the pressures were chosen by"
+        None, description="shape and floor whose sintered runs the pressures were chosen by"
     )
     targets: tuple[float, ...] = Field((), description="calibration: lump fractions to reach [1]")
 

@@ -1,10 +1,30 @@
-"""Choose the three pressures that the paper does not print, on one scene and by one rule."""
+"""Pressures read off a rising curve: the three that the paper does not print, and where half of the snow is lumps."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 from scipy.optimize import isotonic_regression
+
+from .statistics import resamples
+
+HALF = 0.5
+BELOW, BEYOND = 0.0, np.inf  # reached below the lowest, or beyond the highest pressure that was run
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """P50: the pressure at which half of the mass is in lumps, and its interval; None where it has none.
+
+    An end of 0 or infinity lies outside the pressures that were run.  ``note`` says why there is no pressure.
+    """
+
+    pressure: float | None = None
+    low: float | None = None
+    high: float | None = None
+    seeds: int = 0
+    note: str = ""
 
 
 def calibrate(table: pd.DataFrame, targets: Sequence[float]) -> list[float | None]:
@@ -15,16 +35,49 @@ def calibrate(table: pd.DataFrame, targets: Sequence[float]) -> list[float | Non
     never crosses a target.
     """
     sintered = table[table["sintering"] != "none"]
-    means = sintered.groupby("pressure")["lump_fraction"].mean().sort_index()
-    logs = np.log(means.index.to_numpy())
-    rising = isotonic_regression(means.to_numpy()).x
-    return [_crossing(logs, rising, target) for target in targets]
+    curve = rising(sintered.groupby("pressure")["lump_fraction"].mean().sort_index())
+    found = [_reached(curve, target) for target in targets]
+    return [float(f"{pressure:.2g}") if BELOW < pressure < BEYOND else None for pressure in found]
 
 
-def _crossing(logs: np.ndarray, rising: np.ndarray, target: float) -> float | None:
-    above = np.flatnonzero(rising >= target)
-    if len(above) == 0 or above[0] == 0:
-        return None
+def rising(means: pd.Series) -> pd.Series:
+    """The rising curve nearest to means by pressure; pressure 0 has no logarithm and is left out."""
+    means = means[means.index > 0]
+    return pd.Series(isotonic_regression(means.to_numpy()).x, means.index) if len(means) else means
+
+
+def half_pressure(blocks: pd.DataFrame, alpha: float) -> Crossing:
+    """P50 of lump fractions (seeds, pressures) of one arm, with an interval by a bootstrap over seeds.
+
+    None where the curve does not cross 1/2 between two pressures, or lies on it at several.
+    """
+    if blocks.empty:
+        return Crossing(note="no runs")
+    curve, seeds = rising(blocks.mean()), len(blocks)
+    if np.isclose(curve, HALF).sum() > 1:
+        return Crossing(seeds=seeds, note="ambiguous: 1/2 at several pressures")
+    pressure = _reached(curve, HALF)
+    if not BELOW < pressure < BEYOND:
+        side = "half or more" if pressure == BELOW else "less than half"
+        return Crossing(seeds=seeds, note=f"not crossed: {side} in lumps at every pressure")
+    if seeds < 2:
+        return Crossing(pressure, seeds=seeds)
+    rows = blocks.to_numpy()[np.lexsort(blocks.to_numpy().T)]  # the order of the seeds does not matter
+    means = rows[resamples(seeds)].mean(axis=1)
+    drawn, times = np.unique(means, axis=0, return_counts=True)
+    ends = [_reached(rising(pd.Series(mean, blocks.columns)), HALF) for mean in drawn]
+    low, high = np.quantile(np.repeat(ends, times), [alpha / 2, 1 - alpha / 2], method="inverted_cdf")
+    return Crossing(pressure, float(low), float(high), seeds)
+
+
+def _reached(curve: pd.Series, target: float) -> float:
+    """The pressure at which a rising curve first reaches a target: BELOW or BEYOND where no step of it does."""
+    values, logs = curve.to_numpy(), np.log(curve.index.to_numpy(dtype=float))
+    above = np.flatnonzero(values >= target)
+    if len(above) == 0:
+        return BEYOND
     i = above[0]
-    share = (target - rising[i - 1]) / (rising[i] - rising[i - 1])
-    return float(f"{np.exp(logs[i - 1] + share * (logs[i] - logs[i - 1])):.2g}")
+    if i == 0:
+        return BELOW
+    share = (target - values[i - 1]) / (values[i] - values[i - 1])
+    return float(np.exp(logs[i - 1] + share * (logs[i] - logs[i - 1])))

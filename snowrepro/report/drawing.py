@@ -21,6 +21,7 @@ matplotlib.use("Agg")
 SKY, FLOOR, SNOW = "#668e93", "#307a78", "#f0f0ff"
 LUMPS = ("#E69F00", "#56B4E9", "#F0E442", "#D55E00", "#CC79A7")  # Okabe-Ito without green and blue
 POWDER = "#c3cacf"
+SINTERED, UNSINTERED = "#D55E00", "#555555"  # of curves
 DPI = 110
 COVER = 1.45  # diameter of a particle [lattice spacings]
 

@@ -1,5 +1,6 @@
 """What a report is drawn from, and what a picture contributes to it."""
 
+import shlex
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -8,8 +9,12 @@ from pathlib import Path
 import pandas as pd
 import xarray as xr
 
+from ..analysis import claims
+from ..analysis.summary import of_runs
 from ..config import Config, Experiment
 from ..store import runs
+
+FOLDERS = ("store=", "reports=")  # of whoever made the report, and nothing to redo it by
 
 
 @dataclass(frozen=True)
@@ -39,11 +44,45 @@ class Findings:
     verdict: str
 
 
+def gathered(configs: Sequence[Config], folder: Path) -> Evidence:
+    """What the store holds of an experiment's runs."""
+    experiment = configs[0].experiment
+    assert experiment is not None, "only an experiment has a report"
+    done = [config for config in configs if experiment.needs_runs and runs.is_done(config)]
+    missing = frozenset(runs.identify(config) for config in configs if config not in done)
+    return Evidence(experiment, configs, of_runs(done), folder, missing)
+
+
+def judged_scenes(evidence: Evidence) -> list[claims.Scene]:
+    """Every scene that was asked for, in order, with the verdicts on its runs."""
+    found = []
+    for shape, floor in dict.fromkeys((c.shape.name, c.floor.name) for c in evidence.configs):
+        table = evidence.table
+        if len(table):
+            table = table[(table["shape"] == shape) & (table["floor"] == floor)]
+        calibrated = evidence.experiment.calibrated_on == (shape, floor)
+        lost = evidence.lost(c for c in evidence.configs if (c.shape.name, c.floor.name) == (shape, floor))
+        verdicts = claims.judge(evidence.configs[0].claims, table, calibrated, lost)
+        found.append(claims.Scene(shape, floor, table, calibrated, verdicts, lost))
+    return found
+
+
 @contextmanager
 def opened(config: Config) -> Iterator[xr.Dataset]:
     """A finished run's result; what is read of it is loaded, what is not stays on disk."""
     with runs.open_run(runs.result_path(config)) as dataset:
         yield dataset
+
+
+def origin(evidence: Evidence, command: str, overrides: Sequence[str]) -> list[str]:
+    """How to redo a report, and what made the first of its runs."""
+    redo = shlex.join(o for o in overrides if not o.startswith(FOLDERS))
+    lines = ["## Where this comes from", "", f"Redo: `snowrepro {command} {redo}`", ""]
+    done = [config for config in evidence.configs if evidence.is_done(config)]
+    if done:
+        with opened(done[0]) as dataset:
+            lines += [f"- {key}: {dataset.attrs[key]}" for key in ("versions", "git_state", "machine", "created")]
+    return lines
 
 
 def in_paper_order(configs: Sequence[Config]) -> list[Config]:

@@ -1,61 +1,42 @@
-"""The grid of all scenes: which claims hold where, lumps over pressure, and how the snow ends."""
+"""The grid of all scenes: which claims the numbers agree with where, lumps over pressure, and how the snow ends."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import pandas as pd
 from matplotlib.figure import Figure
 
-from ..analysis import claims
+from ..analysis.claims import Scene, Verdict, judge_scenes
 from ..analysis.classify import classify
-from ..config import Config
-from .drawing import crop, draw_snow, draw_stage, fragment_colours, save
-from .evidence import Evidence, Findings, markdown, opened
+from ..config import Claims, Config
+from .drawing import SINTERED, UNSINTERED, crop, draw_snow, draw_stage, fragment_colours, save
+from .evidence import Evidence, Findings, judged_scenes, markdown, opened
 
-SINTERED, UNSINTERED = "#D55E00", "#555555"
 PANEL = 1.75  # width of a panel [inches]
-
-
-@dataclass(frozen=True)
-class Scene:
-    """One shape on one floor: its runs' numbers and the verdicts on them."""
-
-    shape: str
-    floor: str
-    table: pd.DataFrame
-    verdicts: list[claims.Verdict]
-
-    def holds(self, claim: str) -> bool:
-        """Whether the claim was put to a test here and passed."""
-        return any(v.claim == claim and v.word == claims.REPRODUCED for v in self.verdicts)
-
-    def fails(self, claim: str) -> bool:
-        """Whether it failed."""
-        return any(v.claim == claim and v.word == claims.CONTRADICTED for v in self.verdicts)
 
 
 def report(evidence: Evidence) -> Findings:
     """Counts of the claims over scenes, curves, contact sheets, and a row a scene."""
-    scenes = _scenes(evidence)
+    scenes, claims = judged_scenes(evidence), evidence.configs[0].claims
+    over = judge_scenes(claims, scenes)
     shapes = list(dict.fromkeys(scene.shape for scene in scenes))
     floors = list(dict.fromkeys(scene.floor for scene in scenes))
     _draw_curves(scenes, shapes, floors, evidence)
     sheets = _draw_sheets(shapes, floors, evidence)
-    verdict = _sentence(scenes)
+    verdict = _sentence(over)
     calibrated = evidence.experiment.calibrated_on
+    chosen_on = f"The pressures were chosen on {' on '.join(calibrated)}, which is not counted. " if calibrated else ""
     lines = [
         f"**Verdict.** {verdict}",
         "",
-        *_counts(scenes),
-        "",
-        f"The pressures were chosen on {' on '.join(calibrated)}: what holds there by that choice is not counted."
-        if calibrated
-        else "",
-        "One seed a scene: a difference between two pressures may be chance. Lumps are mass fractions.",
+        *(line for v in over for line in _counts(claims, v)),
+        f"{chosen_on}Numbers agree or not by their means over the seeds; p is that of an exact binomial "
+        "test for agreement in more scenes than not. What a scene says alone needs several seeds: "
+        f"`snowrepro claims experiment={evidence.experiment.name} seeds=3`. Lumps are mass fractions.",
         "",
         "![Mass in lumps over pressure, a panel a scene](curves.png)",
         "",
-        "Mass in lumps over pressure: with sintering (orange) and without (grey). In the corner: claims that fail.",
+        "Mass in lumps over pressure: with sintering (orange) and without (grey). "
+        "In the corner: claims that the numbers disagree with.",
         "",
         *sheets,
         "## Scenes",
@@ -67,34 +48,22 @@ def report(evidence: Evidence) -> Findings:
     return Findings(lines, verdict)
 
 
-def _scenes(evidence: Evidence) -> list[Scene]:
-    """Every scene that was asked for, in order."""
-    found = []
-    for shape, floor in dict.fromkeys((c.shape.name, c.floor.name) for c in evidence.configs):
-        table = evidence.table
-        if len(table):
-            table = table[(table["shape"] == shape) & (table["floor"] == floor)]
-        calibrated = evidence.experiment.calibrated_on == (shape, floor)
-        lost = evidence.lost(c for c in evidence.configs if (c.shape.name, c.floor.name) == (shape, floor))
-        found.append(Scene(shape, floor, table, claims.judge(table, calibrated, lost)))
-    return found
+def _sentence(over: Sequence[Verdict]) -> str:
+    """What the numbers agree with, and the claims over scenes."""
+    parts = [f"Scenes beside the calibrated one whose numbers agree: {v.measured}; {v.claim}: {v.word}." for v in over]
+    return " ".join(parts) or "No claim is made over scenes."
 
 
-def _sentence(scenes: Sequence[Scene]) -> str:
-    parts = []
-    for verdict in scenes[0].verdicts:
-        held, failed = (sum(test(scene, verdict.claim) for scene in scenes) for test in (Scene.holds, Scene.fails))
-        parts.append(f"{verdict.claim} in {held} of {held + failed}")
-    return f"Of the scenes where a claim was put to a test it holds: {', '.join(parts)}."
-
-
-def _counts(scenes: Sequence[Scene]) -> list[str]:
-    rows = []
-    for verdict in scenes[0].verdicts:
-        held = sum(scene.holds(verdict.claim) for scene in scenes)
-        failing = [f"{scene.shape} on {scene.floor}" for scene in scenes if scene.fails(verdict.claim)]
-        rows.append([verdict.claim, verdict.statement, held, len(failing), ", ".join(failing) or "none"])
-    return markdown(pd.DataFrame(rows, columns=["claim", "statement", "holds in", "fails in", "fails on"]))
+def _counts(claims: Claims, verdict: Verdict) -> list[str]:
+    """What a claim over scenes rests on: a row for each claim that it counts."""
+    statements = {claim.name: claim.statement for claim in claims.list}
+    rows = [
+        [c.claim, statements[c.claim], f"{c.holds} of {c.scenes}", f"{c.p:.2g}", ", ".join(c.against) or "none"]
+        for c in verdict.counts
+    ]
+    heads = ["claim", "statement", "numbers agree in", "p (Holm)", "they disagree on"]
+    verdict_line = f"**{verdict.claim}: {verdict.word}.** {verdict.statement}"
+    return [f"{verdict_line} {verdict.note}".rstrip(), "", *markdown(pd.DataFrame(rows, columns=heads)), ""]
 
 
 def _by_scene(scenes: Sequence[Scene]) -> pd.DataFrame:
@@ -107,9 +76,14 @@ def _by_scene(scenes: Sequence[Scene]) -> pd.DataFrame:
             for pressure, part in arm.groupby("pressure") if len(arm) else ():
                 row[f"{label}, {pressure:g}"] = f"{part['lump_fraction'].mean():.2f}"
         row["unsettled"] = int((~scene.table["settled"]).sum()) if len(scene.table) else 0
-        row["fails"] = " ".join(v.claim for v in scene.verdicts if v.word == claims.CONTRADICTED) or "-"
+        row["disagrees with"] = _disagreed(scene) or "-"
         rows.append(row)
     return pd.DataFrame(rows).fillna("missing")
+
+
+def _disagreed(scene: Scene) -> str:
+    """The claims that a scene's means do not bear out."""
+    return " ".join(v.claim for v in scene.verdicts if v.agrees is False)
 
 
 def _cost(evidence: Evidence) -> list[str]:
@@ -137,8 +111,7 @@ def _draw_curves(scenes: Sequence[Scene], shapes: list[str], floors: list[str], 
         for name, colour in (("paper", SINTERED), ("none", UNSINTERED)) if len(scene.table) else ():
             arm = scene.table[scene.table["sintering"] == name].groupby("pressure")["lump_fraction"].mean()
             ax.plot(arm.index, arm, "o-", color=colour, ms=3, lw=1.2)
-        failing = " ".join(v.claim for v in scene.verdicts if v.word == claims.CONTRADICTED)
-        ax.text(0.04, 0.94, failing, transform=ax.transAxes, va="top", fontsize=7, color="0.3")
+        ax.text(0.04, 0.94, _disagreed(scene), transform=ax.transAxes, va="top", fontsize=7, color="0.3")
     for floor, ax in zip(floors, grid[0], strict=True):
         ax.set_title(floor, fontsize=9)
     for shape, ax in zip(shapes, grid[:, 0], strict=True):

@@ -1,18 +1,16 @@
 """Write the report of an experiment: pictures, summary.csv and index.md with the verdict first."""
 
-import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
 
-from ..analysis.summary import of_runs
 from ..config import Config, Experiment
 from ..mpm.diagnostics import bounded
 from ..store import runs
 from . import calibration, convergence, energy, grid, scenes, strip, tables
-from .evidence import Evidence, in_paper_order, markdown, name_of, opened
+from .evidence import Evidence, gathered, in_paper_order, markdown, name_of, opened, origin
 
 # Who draws which picture.
 PICTURES = {
@@ -27,7 +25,6 @@ PICTURES = {
     "convergence": convergence.report,
     "energy": energy.report,
 }
-FOLDERS = ("store=", "reports=")  # of whoever made the report, and nothing to redo it by
 MOST_LISTED = 48  # runs; more are in summary.csv alone
 
 # Columns of the summary that the page shows, and their heads.
@@ -66,19 +63,13 @@ def write_report(configs: Sequence[Config], overrides: Sequence[str]) -> Report:
     assert experiment is not None, "only an experiment has a report"
     folder = report_folder(configs[0], experiment)
     runs.require_writable(folder)
-    done = [config for config in configs if experiment.needs_runs and runs.is_done(config)]
-    missing = frozenset(runs.identify(config) for config in configs if config not in done)
-    evidence = Evidence(experiment, configs, of_runs(done), folder, missing)
+    evidence = gathered(configs, folder)
     findings = PICTURES[experiment.picture](evidence)
     page = [f"# {experiment.title}", "", *findings.lines, ""]
     if experiment.needs_runs:
         evidence.table.to_csv(folder / "summary.csv", index=False, float_format="%.6g", lineterminator="\n")
         page += [*_runs(evidence), *_reading(configs[0])]
-    command = shlex.join(o for o in overrides if not o.startswith(FOLDERS))
-    page += ["## Where this comes from", "", f"Redo: `snowrepro run {command}`", ""]
-    if done:
-        with opened(done[0]) as dataset:
-            page += [f"- {key}: {dataset.attrs[key]}" for key in ("versions", "git_state", "machine", "created")]
+    page += origin(evidence, "run", overrides)
     (folder / "index.md").write_text("\n".join(page).rstrip() + "\n", encoding="utf-8")
     return Report(folder, findings.verdict)
 

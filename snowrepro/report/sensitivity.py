@@ -26,12 +26,14 @@ NAMES = {
 
 
 def section(evidence: Evidence) -> list[str]:
-    """Every definition's lumps and whether the claims' numbers hold; nothing where runs are missing."""
+    """Every definition's lumps and whether the claims' numbers hold, or why that cannot be said."""
     configs = list(evidence.configs)
-    if not all(evidence.is_done(config) for config in configs):
-        return ["## Does it hang on the definition of a lump?", "", "Not scanned: runs are missing.", ""]
+    lacking = _lacking(evidence)
+    if lacking:
+        return ["## Does it hang on the definition of a lump?", "", f"Not scanned: {lacking}.", ""]
     choices, lumps = _scan(configs)
     judged = [c for c in configs[0].claims.list if c.test != "scenes" and c.measure == "lump_fraction"]
+    judged = [c for c in judged if set(claims.ARMS_OF[c.of]) <= set(lumps.columns.get_level_values("arm"))]
     holds = pd.DataFrame({claim.name: claims.points(claim, lumps) for claim in judged})
     _write(choices, lumps, holds, evidence)
     usual = _usual(choices, configs[0])
@@ -60,6 +62,17 @@ def section(evidence: Evidence) -> list[str]:
         "The upright line is the strain used.",
         "",
     ]
+
+
+def _lacking(evidence: Evidence) -> str:
+    """Why there is nothing to scan; empty if there is."""
+    if not all(evidence.is_done(config) for config in evidence.configs):
+        return "runs are missing"
+    if len({(config.shape.name, config.floor.name) for config in evidence.configs}) > 1:
+        return "these are several scenes"
+    if len({config.pressure for config in evidence.configs if config.sintering.enabled}) < 2:
+        return "there is no second pressure with sintering"
+    return ""
 
 
 def _scan(configs: Sequence[Config]) -> tuple[pd.DataFrame, pd.DataFrame]:

@@ -122,6 +122,63 @@ def test_one_diverged_run_does_not_stop_the_others(snowrepro, tmp_path):
     assert "REPRODUCED" not in page.split("C1")[1].split("|")[3]
 
 
+def test_claims_runs_judges_and_writes(snowrepro, tmp_path):
+    """Runs of every seed, a table on the screen, four files; called again it runs nothing and says the same."""
+    tiny = ["claims", "experiment=fig5", "pressure=500,3000", "sintering=paper", "seeds=2"]
+    tiny += ["experiment.frames=[0,20,60]", *SMALL]
+    first = snowrepro(*tiny)
+    assert first.returncode == 0, first.stderr
+    assert "4 runs, 0 of them done" in first.stderr
+    assert {path.parent.name.split("-")[-2] for path in results(tmp_path)} == {"0", "1"}
+    folder = tmp_path / "reports" / "fig5-preview" / "claims"
+    assert {path.name for path in folder.iterdir()} == {"index.md", "response.png", "claims.json", "claims.csv"}
+    assert first.stdout.splitlines()[-1] == "report: reports/fig5-preview/claims/index.md"
+    words = {v["claim"]: v["shown"] for v in json.loads((folder / "claims.json").read_text())["scenes"][0]["verdicts"]}
+    for claim, word in words.items():
+        (line,) = [line for line in first.stdout.splitlines() if line.startswith(f"{claim} ")]
+        assert line.endswith(f" {word}")
+    assert "INCONCLUSIVE" in words["C1"]  # two seeds and two pressures: p is 1/4 at best
+    assert words["C4"] == words["C5"] == "NOT RUN"
+    stamps = [path.stat().st_mtime_ns for path in results(tmp_path)]
+    second = snowrepro(*tiny)
+    assert "4 runs, 4 of them done" in second.stderr
+    assert second.stdout == first.stdout
+    assert [path.stat().st_mtime_ns for path in results(tmp_path)] == stamps
+
+
+def test_claims_with_a_failed_run_are_not_run(snowrepro, tmp_path):
+    """Exit code 3 with the reason, after the verdicts on what is there."""
+    done = snowrepro("claims", "experiment=fig6", "pressure=500,1e9", "sintering=none", "seeds=1",
+                     "experiment.frames=[0,20,60]", *SMALL)  # fmt: skip
+    assert done.returncode == 3
+    assert "1 of 2 runs have no result" in done.stderr and "diverged in frame" in done.stderr
+    assert "Traceback" not in done.stderr
+    (line,) = [line for line in done.stdout.splitlines() if line.startswith("C4 ")]
+    assert line.endswith("NOT RUN")
+    assert "no result at 1e+09" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "the runs of one experiment, for example experiment=fig5"),
+        (["experiment=fig5", "seeds=0"], "seeds: should be 1 to 100 (got 0)"),
+        (["experiment=fig5", "seeds=two"], "seeds: should be one whole number of at least 1 (got two)"),
+        (["experiment=fig5", "seeds=2", "seeds=3"], "seeds: should be one whole number of at least 1 (got 2, 3)"),
+        (["experiment=fig5", "seed=1"], "leave out the override of seed"),
+        (["experiment=table1"], "has no runs to judge claims by"),
+        (["experiment=fig5", "store=/proc/nowhere"], "cannot write into the folder '/proc/nowhere'"),
+    ],
+)
+def test_claims_that_cannot_be_judged_are_refused(snowrepro, tmp_path, arguments, message):
+    """One line, exit code 2, nothing on disk."""
+    done = snowrepro("claims", *arguments)
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.parametrize(("sweep", "with_signal"), [(False, "SIGINT"), (True, "SIGINT"), (True, "SIGTERM")])
 def test_an_interrupt_stores_nothing(tmp_path, sweep, with_signal):
     """Ctrl-C, or a batch system's end, in mid-run: one line, exit code 130, no result, no scraps."""
@@ -175,8 +232,9 @@ def test_own_options_as_the_readme_shows(snowrepro, tmp_path):
     assert "there are: ball, drop, rectangle, star, triangle" in snowrepro("run", "shape=horse").stderr
 
 
-def test_help_names_the_exit_codes(snowrepro):
-    done = snowrepro("run", "--help")
+@pytest.mark.parametrize("command", ["run", "claims"])
+def test_help_names_the_exit_codes(snowrepro, command):
+    done = snowrepro(command, "--help")
     assert done.returncode == 0
     assert "exit codes" in done.stdout
     assert "130 interrupted" in done.stdout

@@ -39,6 +39,9 @@ def test_report_shows_runs_and_what_is_missing(stored):
     assert page.index("**Verdict.**") < page.index("strip.png")
     assert "| C4 |" in page
     assert "NOT RUN" in page.split("| C4 |")[1].splitlines()[0]
+    c3 = page.split("| C3 |")[1].splitlines()[0]
+    assert "INCONCLUSIVE (pressures calibrated here)" in c3 and "one seed decides nothing; the numbers" in c3
+    assert "`snowrepro claims experiment=fig5 seeds=3`" in page
     assert "**missing**: ball on L, 3000, none, seed 0: not run" in page
     assert "snowrepro run experiment=fig5" in page
     assert len(pd.read_csv(report.folder / "summary.csv")) == 1
@@ -177,6 +180,7 @@ def test_convergence_tells_what_moves_beyond_the_seeds(tmp_path):
                 config = compose([change, f"pressure={pressure}", f"sintering={arm}"])
                 configs.append(config.model_copy(update={"experiment": experiment}))
                 row = {"run_id": runs.identify(config), "sintering": arm, "pressure": float(pressure)}
+                row |= {"seed": config.seed}
                 row |= {"lump_fraction": value if arm == "paper" else 0.01, "particles": 10, "substeps": 5}
                 if value is None:
                     missing.add(row["run_id"])

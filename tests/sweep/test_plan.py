@@ -9,7 +9,7 @@ import cloudpickle
 import pytest
 
 from snowrepro.errors import ConfigError
-from snowrepro.sweep.plan import make_plan
+from snowrepro.sweep.plan import make_claims_plan, make_plan
 from snowrepro.sweep.processes import Job, run_jobs
 from snowrepro.sweep.table import render
 
@@ -71,6 +71,35 @@ def test_wrong_input_is_refused_with_a_reason(overrides, message):
 def test_one_wrong_run_refuses_the_whole_sweep():
     with pytest.raises(ConfigError, match="pressure"):
         make_plan(["pressure=1,2,-3"], multirun=True)
+
+
+def test_claims_take_an_experiment_with_seeds():
+    """Every run of it with each seed, also where the experiment has seeds of its own."""
+    plan = make_claims_plan(["experiment=fig5", "pressure=510"], 2)
+    assert {(c.sintering.name, c.seed) for c in plan.configs} == {(arm, i) for arm in ("paper", "none") for i in (0, 1)}
+    assert {c.seed for c in make_claims_plan(["experiment=calibration"], 1).configs} == {0}
+
+
+@pytest.mark.parametrize(
+    ("overrides", "seeds", "message"),
+    [
+        ([], 3, "one experiment, for example experiment=fig5"),
+        (["experiment=fig5,fig6"], 3, "one experiment, for example experiment=fig5"),
+        (["experiment=fig2"], 3, "experiment 'fig2' has no runs to judge claims by"),
+        (["experiment=fig5", "seed=1"], 3, "leave out the override of seed"),
+        (["experiment=fig5", "seed=0,1"], 3, "leave out the override of seed"),
+        (["experiment=fig5", "++seed=4"], 3, "leave out the override of seed"),
+        (["experiment=fig5"], 0, "seeds: should be 1 to 100 .got 0"),
+        (["experiment=fig5"], 101, "seeds: should be 1 to 100 .got 101"),
+        (["experiment=convergence"], 1, "two of the runs are ball on L, sintered, pressure 340, seed 0"),
+        (["experiment=fig5", "solver.cfl=0.1,0.2"], 1, "two of the runs are ball on L, sintered, pressure 340, seed 0"),
+        (["experiment=fig7"], 3, "there is no experiment 'fig7'"),
+        (["experiment=fig5", "shape=[ball"], 3, "cannot read"),
+    ],
+)
+def test_what_claims_cannot_be_judged_by_is_refused(overrides, seeds, message):
+    with pytest.raises(ConfigError, match=message):
+        make_claims_plan(overrides, seeds)
 
 
 def _jobs(*calls) -> list[Job]:

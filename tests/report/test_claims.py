@@ -1,0 +1,193 @@
+"""The verdicts on disk and on the screen, from a store with numbers as wanted and no snow."""
+
+import hashlib
+import json
+from collections.abc import Callable
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+from matplotlib.image import imread
+
+from snowrepro.analysis import summary
+from snowrepro.config import Config
+from snowrepro.report.claims import write_claims
+from snowrepro.report.page import write_report
+from snowrepro.store import runs
+from snowrepro.store.provenance import provenance
+from snowrepro.sweep.plan import Plan, make_claims_plan
+
+MADE_BY = provenance()
+LIKE_THE_PAPER = {340: 0.2, 530: 0.52, 3300: 0.8}
+
+
+@pytest.fixture(autouse=True)
+def _no_git(monkeypatch):
+    """One look at the clone is enough."""
+    monkeypatch.setattr(runs, "provenance", lambda: MADE_BY)
+
+
+def paper_like(config: Config) -> float:
+    """Rising with pressure, a little different for each seed; powder without sintering."""
+    return LIKE_THE_PAPER[config.pressure] + 0.01 * (config.seed % 3) if config.sintering.enabled else 0.0
+
+
+def fill(plan: Plan, lumps: Callable[[Config], float | None]) -> Plan:
+    """Give each run of a plan a result with these lumps; None: no result."""
+    for config in plan.configs:
+        value = lumps(config)
+        if value is None:
+            continue
+        runs.save(xr.Dataset(), config)
+        row = {"run_id": runs.identify(config), "shape": config.shape.name, "floor": config.floor.name}
+        row |= {"sintering": config.sintering.name, "pressure": config.pressure, "seed": config.seed}
+        row |= {"lump_fraction": value, "settled": True, "seconds": 1.0}
+        runs.save_summary(config, summary._key(config.analysis), row)
+    return plan
+
+
+@pytest.fixture
+def judged(tmp_path):
+    """Judge an experiment with these lumps; returns its report and claims.json."""
+
+    def judge(*overrides: str, seeds: int = 3, lumps: Callable[[Config], float | None] = paper_like):
+        folders = [f"store={tmp_path}/runs", f"reports={tmp_path}/reports"]
+        plan = fill(make_claims_plan([*overrides, *folders], seeds), lumps)
+        report = write_claims(plan.configs, [*overrides, *folders, f"seeds={seeds}"])
+        return report, json.loads((report.folder / "claims.json").read_text())
+
+    return judge
+
+
+def test_one_scene_on_disk(judged, tmp_path):
+    """Verdicts, numbers by cell, P50, the claims as they stood, and no folder of this machine."""
+    report, record = judged("experiment=fig6")
+    assert report.folder == tmp_path / "reports" / "fig6" / "claims"
+    assert {p.name for p in report.folder.iterdir()} == {"index.md", "response.png", "claims.json", "claims.csv"}
+    (scene,) = record["scenes"]
+    assert {v["claim"]: v["word"] for v in scene["verdicts"]} == dict.fromkeys(
+        ["C1", "C2", "C3", "C4", "C5"], "REPRODUCED"
+    )
+    assert not any(v["calibrated"] for v in scene["verdicts"])
+    assert scene["verdicts"][0]["p"] == pytest.approx(1 / 216)
+    (cell,) = (c for c in scene["cells"] if (c["arm"], c["pressure"]) == ("sintered", 530.0))
+    assert cell["seeds"] == pytest.approx({"0": 0.52, "1": 0.53, "2": 0.54})
+    assert cell["mean"] == pytest.approx(0.53)
+    means = np.array([0.21, 0.53])  # of the seeds, around 1/2
+    logs = np.log([340, 530])
+    assert scene["P50"]["pressure"] == pytest.approx(np.exp(np.interp(0.5, means, logs)))
+    assert scene["P50"]["low"] < scene["P50"]["pressure"] < scene["P50"]["high"]
+    content = json.dumps(record["claims"]["content"], sort_keys=True, separators=(",", ":"))
+    assert record["claims"]["sha256"] == hashlib.sha256(content.encode()).hexdigest()
+    assert len(record["runs"]) == 18 and all(run["done"] for run in record["runs"])
+    assert {"versions", "git_state"} <= set(record["provenance"]["judged"])
+    table = pd.read_csv(report.folder / "claims.csv").set_index("claim")
+    assert table.loc["C1", "p"] == pytest.approx(1 / 216, rel=1e-4)
+    assert table.loc["C6", "verdict"] == "NOT RUN"
+    page = (report.folder / "index.md").read_text()
+    assert page.index("| C1 |") < page.index("response.png") < page.index("## The rules")
+    assert "snowrepro claims experiment=fig6 seeds=3" in page
+    for name in ("index.md", "claims.json", "claims.csv"):
+        assert str(tmp_path) not in (report.folder / name).read_text()
+    assert (np.abs(imread(report.folder / "response.png")[..., :3] - [0xD5 / 255, 0x5E / 255, 0]) < 0.02).all(-1).any()
+
+
+def test_the_screen_is_readable(judged):
+    """No line is wider than a terminal; each claim has statement, effect, seeds, p and verdict."""
+    report, _ = judged("experiment=fig5")
+    assert max(map(len, report.lines)) <= 100
+    text = "\n".join(report.lines)
+    assert "REPRODUCED (by calibration, no test)" in text.split("C1 ")[1].splitlines()[0]
+    assert "0.60 [0.60, 0.60] 340 to 3300" in text
+    assert "0.0046" in text
+    assert "With sintering, lumps grow with pressure. (Kendall's tau 1.00 [1.00, 1.00])" in text
+    assert text.split("C4 ")[1].splitlines()[0].endswith(" REPRODUCED")
+    assert report.lines[-1].startswith("P50, the pressure at which half")
+
+
+def test_same_store_same_bytes(judged):
+    """But for the time at which it was judged."""
+    first, record = judged("experiment=fig5")
+    kept = {p.name: p.read_bytes() for p in first.folder.iterdir() if p.name != "claims.json"}
+    again, other = judged("experiment=fig5", lumps=lambda _: None)
+    assert kept == {p.name: p.read_bytes() for p in again.folder.iterdir() if p.name != "claims.json"}
+    del record["provenance"], other["provenance"]
+    assert record == other
+
+
+def test_a_missing_run_is_not_run_and_named(judged):
+    """C1 and C5 need it, C2 to C4 do not; there is no P50."""
+    report, record = judged(
+        "experiment=fig6",
+        lumps=lambda c: None if (c.pressure, c.seed, c.sintering.name) == (530, 2, "paper") else paper_like(c),
+    )
+    words = {v["claim"]: v["word"] for v in record["scenes"][0]["verdicts"]}
+    assert [name for name, word in words.items() if word == "NOT RUN"] == ["C1", "C5"]
+    assert record["scenes"][0]["P50"]["pressure"] is None
+    assert [run["done"] for run in record["runs"]].count(False) == 1
+    assert "**missing**: star on stair3, 530, paper, seed 2: not run" in (report.folder / "index.md").read_text()
+    assert "no result at 530" in "\n".join(report.lines)
+
+
+def test_all_runs_missing(judged):
+    """Nothing to draw, nothing to judge, no traceback."""
+    report, record = judged("experiment=fig6", lumps=lambda _: None)
+    assert {v["word"] for v in record["scenes"][0]["verdicts"]} == {"NOT RUN"}
+    assert (report.folder / "response.png").exists()
+
+
+def grid(config: Config) -> float:
+    """As in the paper, but the star on the triangle gives more lumps at the lowest pressure than at the next."""
+    odd = (config.shape.name, config.floor.name, config.pressure) == ("star", "triangle", 340)
+    return 0.6 if odd and config.sintering.enabled else paper_like(config)
+
+
+GRID = ["experiment=grid", "shape=ball,star", "floor=L,square,triangle"]
+
+
+def test_scenes_are_judged_together(judged):
+    """Five scenes beside the calibrated one, too few for Holm: the one that disagrees is named; P50 is one a scene."""
+    report, record = judged(*GRID, lumps=grid, seeds=2)
+    (c6,) = record["over_scenes"]
+    assert (c6["word"], c6["agrees"]) == ("INCONCLUSIVE", True)
+    counts = {c["claim"]: (c["holds"], c["scenes"], c["against"]) for c in c6["counts"]}
+    assert counts["C1"] == counts["C2"] == counts["C5"] == (4, 5, ["star on triangle"])
+    assert counts["C3"] == counts["C4"] == (5, 5, [])
+    assert c6["p"] == pytest.approx(3 * (5 + 1) / 2**5)  # four or more of five, for three claims
+    calibrated = [scene for scene in record["scenes"] if scene["calibrated"]]
+    assert [(s["shape"], s["floor"]) for s in calibrated] == [("ball", "L")]
+    odd = record["scenes"][-1]
+    assert (odd["shape"], odd["floor"]) == ("star", "triangle")
+    assert odd["P50"]["note"] == "not crossed: half or more in lumps at every pressure"
+    assert [v["word"] for v in odd["verdicts"]][1] == "CONTRADICTED"
+    assert max(map(len, report.lines)) <= 100
+    assert "REPRODUCED*" in next(line for line in report.lines if line.startswith("ball on L "))
+    assert "CONTRADICTED-" in next(line for line in report.lines if line.startswith("star on triangle"))
+    assert "C2: star on triangle" in "\n".join(report.lines)
+    assert "All other scenes are prediction" in (report.folder / "index.md").read_text()
+    assert len(pd.read_csv(report.folder / "claims.csv")) == 1 + 6 * 5
+
+
+def test_the_grids_own_report_counts_the_same(tmp_path, monkeypatch):
+    """One seed: counts with Holm's p, the scenes that disagree by name, C6's word, and where to get verdicts."""
+    monkeypatch.setattr("snowrepro.report.grid._draw_sheets", lambda *_: [])  # these runs have no snow
+    monkeypatch.setattr("snowrepro.report.page._runs", lambda _: [])
+    plan = fill(make_claims_plan([*GRID, f"store={tmp_path}/runs", f"reports={tmp_path}/reports"], 1), grid)
+    report = write_report(plan.configs, ["experiment=grid"])
+    assert "C2 in 4 of 5" in report.verdict
+    assert report.verdict.endswith("C6: INCONCLUSIVE.")
+    page = (report.folder / "index.md").read_text()
+    row = (
+        "| C2 | With sintering, the lowest pressure gives more powder than lumps. | 4 of 5 | 0.56 | star on triangle |"
+    )
+    assert row in page
+    assert "`snowrepro claims experiment=grid seeds=3`" in page
+
+
+def test_a_ladder_of_the_calibration_is_calibrated(judged):
+    """Its own sintered runs chose the pressures; without unsintered runs C4 and C5 are not run."""
+    _, record = judged("experiment=calibration", lumps=lambda c: float(np.interp(np.log(c.pressure), [4, 8.5], [0, 1])))
+    verdicts = {v["claim"]: v for v in record["scenes"][0]["verdicts"]}
+    assert verdicts["C1"]["shown"] == "REPRODUCED (by calibration, no test)"
+    assert verdicts["C4"]["word"] == verdicts["C5"]["word"] == "NOT RUN"
