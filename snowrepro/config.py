@@ -3,12 +3,14 @@
 Lengths are in cells of the paper's grid; ``reading.cell`` turns them into the reading's unit.
 """
 
+import math
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 Point = tuple[float, float]
 Corner = Annotated[tuple[float, ...], Field(min_length=2, max_length=3)]
+APPROACH_SPACINGS = 2.0  # the reach of the cubic spline
 MOST_BULGE = 10.0  # nearly a full circle on a short chord
 
 
@@ -143,6 +145,19 @@ class Loading(Section):
         if self.frames < self.press_frames:
             raise ValueError(f"frames ({self.frames}) must not be fewer than press_frames ({self.press_frames})")
         return self
+
+
+class Indenter(Section):
+    """The hardness test: instead of falling, the snow rests, its lower half is held, and a disc is pressed into it."""
+
+    name: str
+    radius: float = Field(gt=0, le=1e9, description="of the rigid disc [cells]")
+    depth: float = Field(gt=0, description="to which it goes from the first touch on [cells]")
+    speed: float = Field(gt=0, description="with which it goes down [cells/s]")
+    friction: float = Field(ge=0, description="Coulomb friction of the disc [1]")
+    rest_frames: int = Field(ge=0, description="frames without any force before the test [1]")
+    rest_damping: float = Field(ge=0, description="damping of velocities in them [1/s]")
+    every: int = Field(gt=0, description="frames between stored particle states from the release on [1]")
 
 
 class Reading(Section):
@@ -317,6 +332,15 @@ class Config(Section):
     store: str = Field(min_length=1, description="folder that keeps the runs")
     reports: str = Field(min_length=1, description="folder that reports are written to")
     experiment: Experiment | None = None
+    indenter: Indenter | None = None
+
+    @model_serializer(mode="wrap")
+    def _as_it_was_without_indenter(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """A run without one is written, and named, as before there were any; one with does not fall."""
+        plain = dump(self)
+        if plain.get("indenter", True) is None:
+            del plain["indenter"]
+        return plain
 
     @model_validator(mode="after")
     def _density_can_grow(self) -> "Config":
@@ -346,15 +370,49 @@ class Config(Section):
         lost = [frame for frame in self.experiment.frames if not self.is_stored(frame)] if self.experiment else []
         if lost:
             raise ValueError(
-                f"experiment.frames {lost} are not stored: frames up to {self.loading.frames} are that are multiples "
+                f"experiment.frames {lost} are not stored: frames up to {self.frames} are that are multiples "
                 f"of output.every ({self.output.every}), and the release in frame {self.loading.press_frames}"
             )
         return self
 
     def is_stored(self, frame: int) -> bool:
         """Whether a frame's particles are kept: every so many, and always the start, the release and the end."""
-        kept = frame % self.output.every == 0 or frame in (self.loading.press_frames, self.loading.frames)
-        return kept and 0 <= frame <= self.loading.frames
+        release, behind = self.loading.press_frames, frame - self.loading.press_frames
+        in_turn = behind % self.indenter.every if self.indenter and behind > 0 else frame % self.output.every
+        return (in_turn == 0 or frame in (release, self.frames)) and 0 <= frame <= self.frames
+
+    @property
+    def frames(self) -> int:
+        """Frames of the run: those of the loading, or as many as the hardness test takes."""
+        if self.indenter is None:
+            return self.loading.frames
+        way = self.approach + self.indenter.depth
+        return self.frames_before_test + math.ceil(way / (self.indenter.speed * self.loading.frame_time) - 1e-9)
+
+    @property
+    def frames_before_test(self) -> int:
+        """Frames in which snow that is to be indented is pressed and rests."""
+        return self.loading.press_frames + (self.indenter.rest_frames if self.indenter else 0)
+
+    @property
+    def approach(self) -> float:
+        """Height above first touch from which the disc comes, out of reach of the snow's nodes [cells]."""
+        return APPROACH_SPACINGS * self.fidelity.dx
+
+    def is_tested(self, frame: int) -> bool:
+        """Whether the indenter moves in a frame."""
+        return self.indenter is not None and frame > self.frames_before_test
+
+    def gravity_in(self, frame: int) -> float:
+        """Downward acceleration in a frame [length/s^2]: none while pressed, none in a hardness test."""
+        return 0.0 if self.indenter or frame <= self.loading.press_frames else self.reading.gravity
+
+    def damping_in(self, frame: int) -> float:
+        """Damping of velocities in a frame [1/s]."""
+        if frame <= self.loading.press_frames:
+            return self.reading.press_damping
+        rests = self.indenter and not self.is_tested(frame)
+        return self.indenter.rest_damping if rests else 0.0
 
     @property
     def dx(self) -> float:
