@@ -196,7 +196,8 @@ def _print_line(config: Config) -> None:
     from .analysis.summary import row_of
 
     row = row_of(config)
-    print(f"{row['run_id']}: mass in lumps {row['lump_fraction']:.3f}")
+    found = f"hardness {row['hardness']:.4g}" if config.indenter else f"mass in lumps {row['lump_fraction']:.3f}"
+    print(f"{row['run_id']}: {found}")
 
 
 def _print_rows(row: dict) -> None:

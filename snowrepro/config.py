@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, SerializerFunctionWrapHandler
 Point = tuple[float, float]
 Corner = Annotated[tuple[float, ...], Field(min_length=2, max_length=3)]
 APPROACH_SPACINGS = 2.0  # the reach of the cubic spline
+MOST_FRAMES = 100_000  # of a hardness test
 MOST_BULGE = 10.0  # nearly a full circle on a short chord
 
 
@@ -159,6 +160,12 @@ class Indenter(Section):
     rest_damping: float = Field(ge=0, description="damping of velocities in them [1/s]")
     every: int = Field(gt=0, description="frames between stored particle states from the release on [1]")
 
+    @model_validator(mode="after")
+    def _has_a_chord(self) -> "Indenter":
+        if self.depth > self.radius:
+            raise ValueError(f"depth ({self.depth:g}) must not exceed the disc's radius ({self.radius:g})")
+        return self
+
 
 class Reading(Section):
     """One way to read what the paper leaves open; conf/reading says why each default is as it is."""
@@ -287,8 +294,9 @@ class Experiment(Section):
     name: str = Field(min_length=1, description="of the report's folder")
     title: str
     picture: Literal[
-        "strip", "calibration", "shapes", "floors", "setting", "parameters", "timings", "grid", "convergence", "energy"
-    ]
+        "strip", "calibration", "shapes", "floors", "setting", "parameters", "timings", "grid", "convergence", "energy",
+        "hardness",
+    ]  # fmt: skip
     frames: tuple[int, ...] = Field((), description="strip: the columns; setting: pressed and falling [frames]")
     calibrated_on: tuple[str, str] | None = Field(
         None, description="strip, grid: shape and floor whose sintered runs the pressures were chosen by"
@@ -363,6 +371,17 @@ class Config(Section):
                 "deterministic=true cannot be had with solver.summation=atomic on more than one thread: "
                 "choose fixed_point, or deterministic=false"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _indenter_arrives(self) -> "Config":
+        if self.indenter and self.frames > MOST_FRAMES:
+            raise ValueError(
+                f"indenter.speed ({self.indenter.speed:g} cells/s) makes a test of {self.frames:,} frames; at most "
+                f"{MOST_FRAMES:,} are allowed"
+            )
+        if self.indenter and self.experiment and self.experiment.picture != "hardness":
+            raise ValueError(f"a {self.experiment.picture} shows snow that falls: it takes no indenter")
         return self
 
     @model_validator(mode="after")

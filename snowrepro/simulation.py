@@ -130,4 +130,7 @@ def _describe(config: Config, record: Record) -> xr.Dataset:
         "comment": "Lengths are in the unit 'length_unit'; grid_spacing is one cell of this run's grid; "
         "cell_mass the mass of unpressed snow in one cell of the paper's grid.",
     }
+    if config.indenter:
+        dataset.attrs["title"] += ", indented at release"
+        dataset.attrs["comment"] += " floor_work is of floor, vice and indenter together."
     return dataset

@@ -14,6 +14,7 @@ from ..config import Analysis, Config
 from ..errors import StoreError
 from ..mpm.diagnostics import unclosed_share
 from ..store import runs
+from . import hardness
 from .fragments import analysis_of, classify_frames
 
 
@@ -26,7 +27,7 @@ def summarise(dataset: xr.Dataset, analysis: Analysis | None = None) -> dict[str
     first, earlier, last = classify_frames(dataset, [release, before_end, end], analysis)
     at_release = dataset.isel(frame=release)
     falling = dataset.isel(frame=slice(release, None))
-    return {
+    row = {
         "run_id": str(dataset.attrs.get("run_id", "")),
         "shape": config["shape"]["name"],
         "floor": config["floor"]["name"],
@@ -60,6 +61,9 @@ def summarise(dataset: xr.Dataset, analysis: Analysis | None = None) -> dict[str
         "seconds": float(dataset.attrs.get("wall_seconds", np.nan)),
         "seconds_per_frame": float(dataset.attrs.get("seconds_per_frame", np.nan)),
     }
+    if hardness.is_indented(dataset):
+        row = {name: value for name, value in row.items() if name not in hardness.OF_A_FALL}
+    return row | hardness.outcome(dataset)
 
 
 def row_of(config: Config) -> dict[str, float | int | str | bool]:
@@ -80,7 +84,7 @@ def of_runs(configs: Sequence[Config]) -> pd.DataFrame:
 
     def place(c: Config) -> tuple:
         scene = scenes.index((c.shape.name, c.floor.name))
-        return scene, not c.sintering.enabled, c.sintering.name, c.pressure, c.seed
+        return scene, not c.sintering.enabled, c.sintering.name, c.pressure, c.seed, c.indenter is not None
 
     return pd.DataFrame([row_of(config) for config in sorted(configs, key=place)])
 
@@ -88,7 +92,7 @@ def of_runs(configs: Sequence[Config]) -> pd.DataFrame:
 def _key(analysis: Analysis) -> str:
     """What a row depends on beside the run: the settings, and the code that makes it."""
     digest = hashlib.sha256(analysis.model_dump_json().encode())
-    for name in ("bonds.py", "fragments.py", "summary.py"):
+    for name in ("bonds.py", "fragments.py", "hardness.py", "summary.py"):
         digest.update((Path(__file__).parent / name).read_bytes())
     return digest.hexdigest()[:16]
 
