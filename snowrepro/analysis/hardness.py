@@ -41,18 +41,23 @@ def chord(depth: np.ndarray | float, radius: float) -> np.ndarray | float:
 
 def indentation(dataset: xr.Dataset) -> dict[str, float | str]:
     """Hardness: mean force over mean contact chord in the last tenth of the depth; and the work of the whole test."""
-    config = json.loads(dataset.attrs["config"])
-    test, cell = config["indenter"], config["reading"]["cell"]
-    radius, deepest = test["radius"] * cell, test["depth"] * cell
+    test = json.loads(dataset.attrs["config"])["indenter"]
     depth, force = curve(dataset)
-    last = (depth >= (1.0 - LAST) * deepest) & (depth <= deepest)
     return {
         "indenter": test["name"],
-        "hardness": float(force[last].mean() / chord(depth[last], radius).mean()),
-        "hardness_depth": (1.0 - 0.5 * LAST) * deepest,
-        "indentation_force": float(force[last].mean()),
+        "hardness": mean_pressure(dataset, test["depth"]),
+        "hardness_depth": float(test["depth"]),
         "indentation_work": float(((force[1:] + force[:-1]) / 2.0 * np.diff(depth)).sum()),
     }
+
+
+def mean_pressure(dataset: xr.Dataset, cells: float) -> float:
+    """Mean force over mean contact chord, in the last tenth of the way from first touch to a depth in cells."""
+    config = json.loads(dataset.attrs["config"])
+    cell = config["reading"]["cell"]
+    depth, force = curve(dataset)
+    last = (depth >= (1.0 - LAST) * cells * cell) & (depth <= cells * cell)
+    return float(force[last].mean() / chord(depth[last], config["indenter"]["radius"] * cell).mean())
 
 
 def impact(dataset: xr.Dataset) -> dict[str, float]:

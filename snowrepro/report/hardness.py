@@ -1,0 +1,291 @@
+"""Hardness beside lumps: what an indenter needs, how the same snow falls, and whether lumps follow hardness."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import matplotlib
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+from scipy.stats import PermutationMethod, spearmanr
+
+from ..analysis import hardness
+from ..config import Config
+from .drawing import save
+from .evidence import Evidence, Findings, in_paper_order, markdown, opened
+
+ARMS = {"paper": ("with sintering", "#D55E00", "o"), "none": ("without sintering", "#555555", "s")}
+KEYS = ["sintering", "pressure", "seed"]
+MEASURES = {
+    "hardness": "hardness [unit of E]",
+    "flattening_most": "flattening at most [1]",
+    "flattening_end": "flattening at the end [1]",
+    "rebound": "rebound [1]",
+    "lump_fraction": "mass in lumps [1]",
+}
+OTHERS = ["indentation_work", "broken_bonds", "factor_at_release", "density_at_release"]
+DEPTHS = (0.25, 0.5, 1.0)  # parts of the test's depth at which its hardness is read
+LEVEL = 0.05  # of the test of a rank correlation
+LEAST = 4  # pairs, below which there is none
+
+
+@dataclass(frozen=True)
+class Follows:
+    """Spearman's rank correlation of lumps with a measure: ``rho``, and its chance ``p`` if there were none."""
+
+    rho: float
+    p: float
+    count: int
+
+    @property
+    def holds(self) -> bool:
+        """Whether lumps rise with the measure, beyond chance."""
+        return self.rho > 0 and self.p <= LEVEL
+
+    def __str__(self) -> str:
+        return f"{self.rho:+.2f} (p = {self.p:.2g}, {self.count} pairs)" if np.isfinite(self.rho) else "none"
+
+
+def report(evidence: Evidence) -> Findings:
+    """Curves of the indenter, all measures over pressure, lumps over hardness, and the verdict."""
+    indented = [c for c in in_paper_order(evidence.configs) if c.indenter and evidence.is_done(c)]
+    pairs = paired(evidence.table)
+    depths = _by_depth(indented)
+    pairs = pairs.join(depths)
+    _draw_curves(indented, evidence)
+    _draw_measures(pairs, evidence)
+    _draw_scatter(pairs, evidence)
+    verdict = sentence(pairs)
+    shown = pairs.reset_index()[[*KEYS, *MEASURES, "indentation_work"]]
+    lines = [
+        f"**Verdict.** {verdict}",
+        "",
+        "The rule, written when four of the hardness tests and the lumps of most falls were known: lumps follow "
+        f"hardness if Spearman's rank correlation is above zero with p at most {LEVEL:g} (permutations, two-sided) "
+        "among the sintered runs and among all runs together; in part if in one of the two.",
+        "",
+        "![Mass in lumps over hardness, a point for each snow](scatter.png)",
+        "",
+        *_equal_hardness(pairs),
+        "## The indenter",
+        "",
+        *_method(indented),
+        "![Force on the indenter over its depth, a line for each pressure](curves.png)",
+        "",
+        "Force at unit depth out of the plane over the depth below first touch. It begins before the touch, because "
+        "the grid carries contact about half a spacing ahead of the particles.",
+        "",
+        "## Fall and hardness over pressure",
+        "",
+        "![Hardness, flattening, rebound and lumps over pressure](measures.png)",
+        "",
+        "Flattening: height lost since release, of the middle nine tenths of the mass, at most and at the end. "
+        "Rebound: largest upward speed of the centre of mass after the impact, over the speed of the impact.",
+        "",
+        *markdown(shown.rename(columns={**MEASURES, "indentation_work": "work of indentation"})),
+        "",
+        "## Rank correlation of lumps with each measure",
+        "",
+        *markdown(_correlations(pairs)),
+        "",
+        "Within an arm every measure may rise with pressure alone; the column of all runs is the harder test. One seed "
+        "a pressure: neighbouring pressures may change places by chance.",
+    ]
+    return Findings(lines, verdict)
+
+
+def paired(table: pd.DataFrame) -> pd.DataFrame:
+    """A row for each snow (sintering, pressure, seed): what its fall and its test gave, NaN where one lacks."""
+    columns = [*MEASURES, *OTHERS]
+    return table.reindex(columns=[*KEYS, *columns]).groupby(KEYS, sort=False)[columns].first().astype(float)
+
+
+def follows(lumps: pd.Series, measure: pd.Series) -> Follows:
+    """Rank correlation over the runs that have both; none where one of them never changes."""
+    both = pd.concat([lumps, measure], axis=1).dropna()
+    if len(both) < LEAST or (both.nunique() < 2).any():
+        return Follows(float("nan"), float("nan"), len(both))
+    found = spearmanr(*both.to_numpy().T, method=PermutationMethod(n_resamples=9999, rng=np.random.default_rng(0)))
+    return Follows(float(found.statistic), float(found.pvalue), len(both))
+
+
+def arm(pairs: pd.DataFrame, name: str) -> pd.DataFrame:
+    """The rows of one arm, by pressure; empty if it was not run."""
+    rows = pairs[pairs.index.get_level_values("sintering") == name]
+    return rows.droplevel("sintering").sort_index()
+
+
+def sentence(pairs: pd.DataFrame) -> str:
+    """Whether lumps follow hardness, in words."""
+    sintered = arm(pairs, "paper")
+    own = follows(sintered["lump_fraction"], sintered["hardness"])
+    every = follows(pairs["lump_fraction"], pairs["hardness"])
+    if not (np.isfinite(own.rho) and np.isfinite(every.rho)):
+        return "Too few runs have a fall and a hardness test to say whether lumps follow hardness."
+    word = {2: "Lumps follow hardness", 1: "Lumps follow hardness only in part", 0: "Lumps do not follow hardness"}
+    return (
+        f"{word[own.holds + every.holds]}: Spearman's rank correlation is {own} with sintering and {every} in all. "
+        f"{_ranges(pairs)}"
+    )
+
+
+def _ranges(pairs: pd.DataFrame) -> str:
+    """How hard the snow of each arm is at the ends of the ladder, and how many lumps it gives."""
+    parts = []
+    for name, (label, *_) in ARMS.items():
+        rows = arm(pairs, name).dropna(subset=["hardness", "lump_fraction"])
+        if len(rows) > 1:
+            (low, *_), (high, *_) = rows.index[0], rows.index[-1]
+            first, last = rows.iloc[0], rows.iloc[-1]
+            parts.append(
+                f"{label} hardness goes from {first['hardness']:,.0f} to {last['hardness']:,.0f} and lumps from "
+                f"{first['lump_fraction']:.2f} to {last['lump_fraction']:.2f} between pressures {low:g} and {high:g}"
+            )
+    text = "; ".join(parts)
+    return f"{text[:1].upper()}{text[1:]}." if text else ""
+
+
+def _equal_hardness(pairs: pd.DataFrame) -> list[str]:
+    """What unsintered snow gives beside sintered snow of the same hardness, read between neighbours."""
+    sintered, loose = (arm(pairs, name).dropna(subset=["hardness", "lump_fraction"]) for name in ARMS)
+    sintered = sintered.sort_values("hardness")
+    if len(sintered) < 2 or loose.empty:
+        return []
+    inside = loose[loose["hardness"].between(sintered["hardness"].min(), sintered["hardness"].max())]
+    if inside.empty:
+        return [
+            "No unsintered snow is as hard as any of the sintered snow: at equal hardness the two cannot be compared.",
+            "",
+        ]
+    logs = np.log(sintered["hardness"].to_numpy())
+    alike = np.interp(np.log(inside["hardness"].to_numpy()), logs, sintered["lump_fraction"].to_numpy())
+    own = inside["lump_fraction"].to_numpy()
+    return [
+        f"At equal hardness: {len(inside)} of {len(loose)} unsintered snows are as hard as some sintered snow "
+        f"(hardness {inside['hardness'].min():,.0f} to {inside['hardness'].max():,.0f}); there the unsintered gives "
+        f"{own.mean():.2f} of its mass in lumps, the sintered {alike.mean():.2f} (read between neighbours, over log "
+        "hardness).",
+        "",
+    ]
+
+
+def _correlations(pairs: pd.DataFrame) -> pd.DataFrame:
+    """Spearman's rho of lumps with each measure: sintered, unsintered, all."""
+    names = {**MEASURES, "indentation_work": "work of indentation", "factor_at_release": "hardening factor at release"}
+    names |= {"density_at_release": "density at release", **{n: f"hardness at {n}" for n in pairs if n not in names}}
+    rows = []
+    for name, label in names.items():
+        if name in ("lump_fraction", "broken_bonds"):
+            continue
+        parts = {label: arm(pairs, key) for key, (label, *_) in ARMS.items()} | {"all": pairs}
+        found = {part: str(follows(rows_of["lump_fraction"], rows_of[name])) for part, rows_of in parts.items()}
+        rows.append({"measure": label, **found})
+    return pd.DataFrame(rows)
+
+
+def _by_depth(configs: Sequence[Config]) -> pd.DataFrame:
+    """Hardness at parts of the whole depth, a row for each snow: does the order hang on the depth?"""
+    rows = []
+    for config in configs:
+        test = config.indenter
+        assert test is not None
+        with opened(config) as dataset:
+            found = {
+                f"{part * test.depth:g} cells": hardness.mean_pressure(dataset, part * test.depth)
+                for part in DEPTHS[:-1]
+            }
+        rows.append({**dict(zip(KEYS, (config.sintering.name, config.pressure, config.seed), strict=True)), **found})
+    return pd.DataFrame(rows, columns=None if rows else KEYS).set_index(KEYS)
+
+
+def _method(configs: Sequence[Config]) -> list[str]:
+    """The test in words and numbers."""
+    if not configs or configs[0].indenter is None:
+        return []
+    test = configs[0].indenter
+    return [
+        f"A run of its own for each snow. At release gravity stays away, the snow rests for {test.rest_frames} frames "
+        f"(damping {test.rest_damping:g}/s), then its lower half is held and a rigid disc of radius {test.radius:g} "
+        f"cells, friction {test.friction:g}, goes down over its centroid at {test.speed:g} cells/s, {test.depth:g} "
+        "cells from first touch. Force is the disc's impulse on nodes and particles over the frame's time. Hardness is "
+        "force over the disc's chord in the last tenth of the depth; work is force over the whole way. The chord is "
+        "the disc's own: what the snow sinks or piles up beside it is not seen. Half the speed gives the same within "
+        "5 % (tests/validation/test_indenter.py).",
+        "",
+    ]
+
+
+def _panels(count: int) -> tuple[Figure, list[Axes]]:
+    figure = Figure(figsize=(4.2 * count, 3.8), layout="constrained")
+    return figure, list(figure.subplots(1, count, squeeze=False)[0])
+
+
+def _draw_curves(configs: Sequence[Config], evidence: Evidence) -> None:
+    """Force over depth: a panel an arm, a colour a pressure."""
+    figure, axes = _panels(2)
+    pressures = sorted({config.pressure for config in evidence.configs})
+    shade = LogNorm(pressures[0] * 0.999, pressures[-1] * 1.3)
+    for ax, (name, (label, *_)) in zip(axes, ARMS.items(), strict=True):
+        for config in (c for c in configs if c.sintering.name == name):
+            with opened(config) as dataset:
+                depth, force = hardness.curve(dataset)
+                unit = dataset["indenter_force"].attrs["units"]
+            colour = matplotlib.colormaps["viridis_r"](shade(config.pressure))
+            shown = force > 0
+            ax.plot(depth[shown], force[shown], lw=1.1, color=colour, label=f"{config.pressure:g}")
+            ax.set_ylabel(f"force [{unit}]")
+        ax.axvline(0, color="0.8", lw=0.8, zorder=0)
+        ax.set(yscale="log", xlabel="depth below first touch [cells]", title=label)
+        if ax.lines[1:]:
+            ax.legend(title="pressure", fontsize=8, title_fontsize=8, frameon=False, ncols=2)
+    for ax in axes[1:]:
+        ax.sharey(axes[0])
+        ax.set_ylabel("")
+    figure.draw_without_rendering()
+    if configs:
+        low, high = axes[0].get_ylim()
+        axes[0].set_ylim(max(low, 1e-4 * high), high)
+    save(figure, evidence.folder / "curves.png")
+
+
+def _draw_measures(pairs: pd.DataFrame, evidence: Evidence) -> None:
+    """All measures over pressure, both arms."""
+    figure = Figure(figsize=(12.5, 3.4), layout="constrained")
+    axes = figure.subplots(1, 4)
+    pressures = sorted({config.pressure for config in evidence.configs})
+    panels = (["hardness"], ["flattening_most", "flattening_end"], ["rebound"], ["lump_fraction"])
+    for ax, names in zip(axes, panels, strict=True):
+        for key, (label, colour, mark) in ARMS.items():
+            rows = arm(pairs, key).groupby("pressure").mean()
+            for name, style in zip(names, ("-", "--"), strict=False):
+                end = ", at the end" if style == "--" else ""
+                ax.plot(rows.index, rows[name], mark + style, color=colour, ms=4, lw=1.2, label=label + end)
+        ax.set(xscale="log", xlabel="nominal pressure [unit of E]")
+        ax.set_ylabel(MEASURES[names[0]].replace(" at most", ""))
+        ax.set_xticks(pressures, [f"{p:g}" for p in pressures], rotation=60, fontsize=8)
+        ax.minorticks_off()
+        if names[0] == "hardness":
+            ax.set_yscale("log")
+        else:
+            ax.set_ylim(bottom=min(0.0, *ax.get_ylim()))
+    axes[1].legend(fontsize=7, frameon=False)
+    axes[0].legend(fontsize=7, frameon=False)
+    save(figure, evidence.folder / "measures.png")
+
+
+def _draw_scatter(pairs: pd.DataFrame, evidence: Evidence) -> None:
+    """Lumps over hardness, each point with its pressure."""
+    figure = Figure(figsize=(6.6, 4.2), layout="constrained")
+    ax = figure.subplots()
+    for key, (label, colour, mark) in ARMS.items():
+        rows = arm(pairs, key).dropna(subset=["hardness", "lump_fraction"])
+        ax.plot(rows["hardness"], rows["lump_fraction"], mark, color=colour, label=label)
+        for (pressure, _), row in rows.iterrows():
+            place = (row["hardness"], row["lump_fraction"])
+            ax.annotate(f"{pressure:g}", place, xytext=(4, 5), textcoords="offset points", fontsize=7, color=colour)
+    ax.axhline(0.5, color="0.85", lw=0.8, zorder=0)
+    ax.set(xscale="log", ylim=(-0.05, 1.05), xlabel=MEASURES["hardness"], ylabel=MEASURES["lump_fraction"])
+    ax.legend(frameon=False, fontsize=8)
+    save(figure, evidence.folder / "scatter.png")
