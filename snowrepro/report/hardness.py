@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
-from scipy.stats import PermutationMethod, spearmanr
+from scipy.stats import rankdata
 
 from ..analysis import hardness
 from ..config import Config
@@ -25,9 +25,15 @@ MEASURES = {
     "rebound": "rebound [1]",
     "lump_fraction": "mass in lumps [1]",
 }
-OTHERS = ["indentation_work", "broken_bonds", "factor_at_release", "density_at_release"]
+OTHERS = {
+    "indentation_work": "work of indentation",
+    "factor_at_release": "hardening factor at release",
+    "density_at_release": "density at release",
+}
 DEPTHS = (0.25, 0.5, 1.0)  # parts of the test's depth at which its hardness is read
 LEVEL = 0.05  # of the test of a rank correlation
+SHUFFLES = 9999  # of the pairs, by which chance is judged
+DIGITS = 3  # that a rank looks at: snow that pressing did not change differs by round-off alone
 LEAST = 4  # pairs, below which there is none
 
 
@@ -104,11 +110,15 @@ def paired(table: pd.DataFrame) -> pd.DataFrame:
 
 def follows(lumps: pd.Series, measure: pd.Series) -> Follows:
     """Rank correlation over the runs that have both; none where one of them never changes."""
-    both = pd.concat([lumps, measure], axis=1).dropna()
+    both = pd.concat([lumps, measure], axis=1).dropna().map(lambda value: float(f"{value:.{DIGITS}g}"))
     if len(both) < LEAST or (both.nunique() < 2).any():
         return Follows(float("nan"), float("nan"), len(both))
-    found = spearmanr(*both.to_numpy().T, method=PermutationMethod(n_resamples=9999, rng=np.random.default_rng(0)))
-    return Follows(float(found.statistic), float(found.pvalue), len(both))
+    ranks = rankdata(both, axis=0)
+    one, other = ((ranks - ranks.mean(axis=0)) / ranks.std(axis=0)).T
+    rho = float((one * other).mean())
+    shuffled = np.random.default_rng(0).permuted(np.tile(other, (SHUFFLES, 1)), axis=1) @ one / len(one)
+    as_far = int((np.abs(shuffled) >= abs(rho) - 1e-9).sum())
+    return Follows(rho, (1 + as_far) / (1 + SHUFFLES), len(both))
 
 
 def arm(pairs: pd.DataFrame, name: str) -> pd.DataFrame:
@@ -173,11 +183,10 @@ def _equal_hardness(pairs: pd.DataFrame) -> list[str]:
 
 def _correlations(pairs: pd.DataFrame) -> pd.DataFrame:
     """Spearman's rho of lumps with each measure: sintered, unsintered, all."""
-    names = {**MEASURES, "indentation_work": "work of indentation", "factor_at_release": "hardening factor at release"}
-    names |= {"density_at_release": "density at release", **{n: f"hardness at {n}" for n in pairs if n not in names}}
+    names = {**MEASURES, **{name: f"hardness at {name}" for name in pairs if name not in MEASURES}, **OTHERS}
     rows = []
     for name, label in names.items():
-        if name in ("lump_fraction", "broken_bonds"):
+        if name == "lump_fraction":
             continue
         parts = {label: arm(pairs, key) for key, (label, *_) in ARMS.items()} | {"all": pairs}
         found = {part: str(follows(rows_of["lump_fraction"], rows_of[name])) for part, rows_of in parts.items()}
@@ -235,18 +244,17 @@ def _draw_curves(configs: Sequence[Config], evidence: Evidence) -> None:
             colour = matplotlib.colormaps["viridis_r"](shade(config.pressure))
             shown = force > 0
             ax.plot(depth[shown], force[shown], lw=1.1, color=colour, label=f"{config.pressure:g}")
-            ax.set_ylabel(f"force [{unit}]")
+            axes[0].set_ylabel(f"force [{unit}]")
         ax.axvline(0, color="0.8", lw=0.8, zorder=0)
         ax.set(yscale="log", xlabel="depth below first touch [cells]", title=label)
         if ax.lines[1:]:
             ax.legend(title="pressure", fontsize=8, title_fontsize=8, frameon=False, ncols=2)
-    for ax in axes[1:]:
-        ax.sharey(axes[0])
-        ax.set_ylabel("")
-    figure.draw_without_rendering()
-    if configs:
-        low, high = axes[0].get_ylim()
-        axes[0].set_ylim(max(low, 1e-4 * high), high)
+    drawn = [line.get_xydata() for ax in axes for line in ax.lines[:-1]]
+    if drawn:
+        highest = max(line[:, 1].max() for line in drawn)
+        last = max(line[-1, 0] for line in drawn)
+        for ax in axes:
+            ax.set(xlim=(-0.4 * last, 1.03 * last), ylim=(1e-4 * highest, 2 * highest))
     save(figure, evidence.folder / "curves.png")
 
 
@@ -275,6 +283,15 @@ def _draw_measures(pairs: pd.DataFrame, evidence: Evidence) -> None:
     save(figure, evidence.folder / "measures.png")
 
 
+def _labels(rows: pd.DataFrame) -> list[tuple[tuple[float, float], str]]:
+    """Where to write which pressures: those whose points lie on each other share a label."""
+    near = [np.log10(rows["hardness"]).round(1), rows["lump_fraction"].round(1)]
+    return [
+        (tuple(part[["hardness", "lump_fraction"]].max()), ", ".join(f"{pressure:g}" for pressure, _ in part.index))
+        for _, part in rows.groupby(near, sort=False)
+    ]
+
+
 def _draw_scatter(pairs: pd.DataFrame, evidence: Evidence) -> None:
     """Lumps over hardness, each point with its pressure."""
     figure = Figure(figsize=(6.6, 4.2), layout="constrained")
@@ -282,10 +299,10 @@ def _draw_scatter(pairs: pd.DataFrame, evidence: Evidence) -> None:
     for key, (label, colour, mark) in ARMS.items():
         rows = arm(pairs, key).dropna(subset=["hardness", "lump_fraction"])
         ax.plot(rows["hardness"], rows["lump_fraction"], mark, color=colour, label=label)
-        for (pressure, _), row in rows.iterrows():
-            place = (row["hardness"], row["lump_fraction"])
-            ax.annotate(f"{pressure:g}", place, xytext=(4, 5), textcoords="offset points", fontsize=7, color=colour)
+        for place, text in _labels(rows):
+            ax.annotate(text, place, xytext=(4, 5), textcoords="offset points", fontsize=7, color=colour)
     ax.axhline(0.5, color="0.85", lw=0.8, zorder=0)
+    ax.margins(x=0.1)
     ax.set(xscale="log", ylim=(-0.05, 1.05), xlabel=MEASURES["hardness"], ylabel=MEASURES["lump_fraction"])
     ax.legend(frameon=False, fontsize=8)
     save(figure, evidence.folder / "scatter.png")
