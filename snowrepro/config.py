@@ -344,7 +344,7 @@ class Config(Section):
 
     @model_serializer(mode="wrap")
     def _as_it_was_without_indenter(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """A run without one is written, and named, as before there were any; one with does not fall."""
+        """A run without one is written, and so named, as before there were any."""
         plain = dump(self)
         if plain.get("indenter", True) is None:
             del plain["indenter"]

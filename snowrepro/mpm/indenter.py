@@ -12,6 +12,7 @@ import taichi as ti
 from ..config import Config
 from ..errors import ConfigError
 from . import contact
+from .laws import Laws
 
 OPEN = -1e9  # height of a vice that holds nothing
 AWAY = 1e9  # height of a disc that touches nothing
@@ -87,7 +88,7 @@ def start_frame(indenter: Indenter, config: Config, place: Place, frame: int) ->
     indenter.set((place.x, end + speed * config.loading.frame_time), speed, place.vice)
 
 
-def force_of(indenter: Indenter, laws) -> float:
+def force_of(indenter: Indenter, laws: Laws) -> float:
     """Upward force on the disc, the mean over the frame, at unit depth out of the plane."""
     _add_up(indenter)
     return -float(indenter.impulse[None][1]) / laws.frame_time

@@ -223,22 +223,31 @@ def snows(hardness_of, lumps_of):
     return pd.DataFrame(rows, index=index)
 
 
+def sintered_alone(arm, pressure):
+    return pressure / 4000 * (arm == "paper")
+
+
 @pytest.mark.parametrize(
     ("hardness_of", "lumps_of", "start"),
     [
-        (lambda arm, p: p * (3 if arm == "paper" else 0.01), lambda arm, p: p / 4000 * (arm == "paper"), "hardness: "),
-        (
-            lambda arm, p: p * (1 if arm == "paper" else 9),
-            lambda arm, p: p / 4000 * (arm == "paper"),
-            "hardness only in",
-        ),
-        (lambda arm, p: p, lambda arm, p: [0.3, 0.1, 0.4, 0.4, 0.1, 0.2][p // 100 % 6], "do not"),
+        (lambda arm, p: p * (3 if arm == "paper" else 0.01), sintered_alone, "Lumps follow hardness: "),
+        (lambda arm, p: p * (1 if arm == "paper" else 0.6), sintered_alone, "Lumps follow hardness only in part: "),
+        (lambda arm, p: p * (1 if arm == "paper" else 9), sintered_alone, "Lumps follow hardness only in part: "),
+        (lambda arm, p: p, lambda arm, p: [0.3, 0.1, 0.4, 0.4, 0.1, 0.2][p // 100 % 6], "Lumps do not follow"),
     ],
 )
 def test_the_verdict_on_lumps_and_hardness_can_go_each_way(hardness_of, lumps_of, start):
-    """They rise together; together in one arm alone; not at all."""
+    """They rise together; together, but not at equal hardness; in one arm alone; not at all."""
     sentence = hardness.sentence(snows(hardness_of, lumps_of))
-    assert sentence.startswith(f"Lumps {'follow ' if start[0] == 'h' else ''}{start}"), sentence
+    assert sentence.startswith(start), sentence
+
+
+def test_snows_of_equal_hardness_are_set_side_by_side():
+    """Unsintered snow at twice the pressure is as hard: 400 stands beside sintered 200, 100 beside none."""
+    alike = hardness.at_equal_hardness(snows(lambda arm, p: p * (1 if arm == "paper" else 0.5), sintered_alone))
+    assert alike["pressure"].tolist() == [200, 400, 800, 1600, 3200]
+    np.testing.assert_allclose(alike["sintered"], alike["hardness"] / 4000)
+    assert (alike["unsintered"] == 0).all()
 
 
 def test_snow_that_pressing_left_alike_has_one_rank():
