@@ -230,7 +230,7 @@ def _check_scenes(plan: Plan) -> None:
     from .scene.build import build_scene
 
     def scene(config: Config) -> tuple:
-        return config.shape, config.floor, config.fidelity, config.reading
+        return config.shape, config.floor, config.fidelity, config.reading, config.indenter
 
     for config in {scene(config): config for config in plan.configs}.values():
         build_scene(config)
@@ -257,7 +257,7 @@ def _run_one(config: Config, done: bool) -> None:
         logging.getLogger("snowrepro").addHandler(_console_log())
     columns = (TextColumn("frame {task.completed:.0f}/{task.total:.0f}"), BarColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=done or not console.is_terminal) as bar:
-        task = bar.add_task("run", total=config.loading.frames)
+        task = bar.add_task("run", total=config.frames)
         path = run(config, lambda progress: bar.update(task, completed=progress.frame))
     _print_rows(row_of(config))
     print(path)
@@ -314,7 +314,8 @@ def _print_line(config: Config) -> None:
     from .analysis.summary import row_of
 
     row = row_of(config)
-    print(f"{row['run_id']}: mass in lumps {row['lump_fraction']:.3f}")
+    found = f"hardness {row['hardness']:.4g}" if config.indenter else f"mass in lumps {row['lump_fraction']:.3f}"
+    print(f"{row['run_id']}: {found}")
 
 
 def _print_rows(row: dict) -> None:

@@ -8,7 +8,7 @@ import json
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import xarray as xr
 from hydra import compose as hydra_compose
@@ -42,7 +42,7 @@ def compose_raw(overrides: Sequence[str], hydra_node: bool = False) -> DictConfi
     try:
         with initialize_config_dir(version_base="1.3", config_dir=str(CONF_DIR)):
             return hydra_compose("config", [*overrides, *own_options()], return_hydra_config=hydra_node)
-    except (HydraException, OmegaConfBaseException) as error:
+    except (HydraException, OmegaConfBaseException, ValueError) as error:
         raise ConfigError(_one_message(error)) from error
 
 
@@ -101,16 +101,23 @@ def _one_message(error: Exception) -> str:
     return text
 
 
+def _section(annotation: Any) -> type[BaseModel] | None:
+    """The section that a field holds, also where it may be left out; None if it holds a value."""
+    kinds = get_args(annotation) or (annotation,)
+    return next((kind for kind in kinds if isinstance(kind, type) and issubclass(kind, BaseModel)), None)
+
+
 def _no_such_key(key: str) -> str:
     """Say that a key does not exist, which is near to it, and which there are."""
     section: type[BaseModel] = Config
     *parents, last = key.split(".")
     for parent in parents:
         field = section.model_fields.get(parent)
-        if field is None or not isinstance(field.annotation, type) or not issubclass(field.annotation, BaseModel):
+        inner = _section(field.annotation) if field else None
+        if inner is None:
             last = parent
             break
-        section = field.annotation
+        section = inner
     drawn = Traced.model_fields if section is Outline else {}
     names = sorted({*section.model_fields, *drawn})
     if last in names:

@@ -3,12 +3,15 @@
 Lengths are in cells of the paper's grid; ``reading.cell`` turns them into the reading's unit.
 """
 
+import math
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 Point = tuple[float, float]
 Corner = Annotated[tuple[float, ...], Field(min_length=2, max_length=3)]
+APPROACH_SPACINGS = 2.0  # the reach of the cubic spline
+MOST_FRAMES = 100_000  # of a hardness test
 MOST_BULGE = 10.0  # nearly a full circle on a short chord
 
 
@@ -145,6 +148,25 @@ class Loading(Section):
         return self
 
 
+class Indenter(Section):
+    """The hardness test: instead of falling, the snow rests, its lower half is held, and a disc is pressed into it."""
+
+    name: str
+    radius: float = Field(gt=0, le=1e9, description="of the rigid disc [cells]")
+    depth: float = Field(gt=0, description="to which it goes from the first touch on [cells]")
+    speed: float = Field(gt=0, description="with which it goes down [cells/s]")
+    friction: float = Field(ge=0, description="Coulomb friction of the disc [1]")
+    rest_frames: int = Field(ge=0, description="frames without any force before the test [1]")
+    rest_damping: float = Field(ge=0, description="damping of velocities in them [1/s]")
+    every: int = Field(gt=0, description="frames between stored particle states from the release on [1]")
+
+    @model_validator(mode="after")
+    def _has_a_chord(self) -> "Indenter":
+        if self.depth > self.radius:
+            raise ValueError(f"depth ({self.depth:g}) must not exceed the disc's radius ({self.radius:g})")
+        return self
+
+
 class Reading(Section):
     """One way to read what the paper leaves open; conf/reading says why each default is as it is."""
 
@@ -277,8 +299,9 @@ class Experiment(Section):
     name: str = Field(min_length=1, description="of the report's folder")
     title: str
     picture: Literal[
-        "strip", "calibration", "shapes", "floors", "setting", "parameters", "timings", "grid", "convergence", "energy"
-    ]
+        "strip", "calibration", "shapes", "floors", "setting", "parameters", "timings", "grid", "convergence", "energy",
+        "hardness",
+    ]  # fmt: skip
     frames: tuple[int, ...] = Field((), description="strip: the columns; setting: pressed and falling [frames]")
     calibrated_on: tuple[str, str] | None = Field(
         None, description="shape and floor whose sintered runs the pressures were chosen by"
@@ -322,6 +345,15 @@ class Config(Section):
     store: str = Field(min_length=1, description="folder that keeps the runs")
     reports: str = Field(min_length=1, description="folder that reports are written to")
     experiment: Experiment | None = None
+    indenter: Indenter | None = None
+
+    @model_serializer(mode="wrap")
+    def _as_it_was_without_indenter(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """A run without one is written, and so named, as before there were any."""
+        plain = dump(self)
+        if plain.get("indenter", True) is None:
+            del plain["indenter"]
+        return plain
 
     @model_validator(mode="after")
     def _density_can_grow(self) -> "Config":
@@ -347,19 +379,64 @@ class Config(Section):
         return self
 
     @model_validator(mode="after")
+    def _indenter_arrives(self) -> "Config":
+        if self.indenter and self.frames > MOST_FRAMES:
+            raise ValueError(
+                f"indenter.speed ({self.indenter.speed:g} cells/s) makes a test of {self.frames:,} frames; at most "
+                f"{MOST_FRAMES:,} are allowed"
+            )
+        if self.indenter and self.experiment and self.experiment.picture != "hardness":
+            raise ValueError(f"a {self.experiment.picture} shows snow that falls: it takes no indenter")
+        return self
+
+    @model_validator(mode="after")
     def _pictured_frames_are_stored(self) -> "Config":
         lost = [frame for frame in self.experiment.frames if not self.is_stored(frame)] if self.experiment else []
         if lost:
             raise ValueError(
-                f"experiment.frames {lost} are not stored: frames up to {self.loading.frames} are that are multiples "
+                f"experiment.frames {lost} are not stored: frames up to {self.frames} are that are multiples "
                 f"of output.every ({self.output.every}), and the release in frame {self.loading.press_frames}"
             )
         return self
 
     def is_stored(self, frame: int) -> bool:
         """Whether a frame's particles are kept: every so many, and always the start, the release and the end."""
-        kept = frame % self.output.every == 0 or frame in (self.loading.press_frames, self.loading.frames)
-        return kept and 0 <= frame <= self.loading.frames
+        release, behind = self.loading.press_frames, frame - self.loading.press_frames
+        in_turn = behind % self.indenter.every if self.indenter and behind > 0 else frame % self.output.every
+        return (in_turn == 0 or frame in (release, self.frames)) and 0 <= frame <= self.frames
+
+    @property
+    def frames(self) -> int:
+        """Frames of the run: those of the loading, or as many as the hardness test takes."""
+        if self.indenter is None:
+            return self.loading.frames
+        way = self.approach + self.indenter.depth
+        return self.frames_before_test + math.ceil(way / (self.indenter.speed * self.loading.frame_time) - 1e-9)
+
+    @property
+    def frames_before_test(self) -> int:
+        """Frames in which snow that is to be indented is pressed and rests."""
+        return self.loading.press_frames + (self.indenter.rest_frames if self.indenter else 0)
+
+    @property
+    def approach(self) -> float:
+        """Height above first touch from which the disc comes, out of reach of the snow's nodes [cells]."""
+        return APPROACH_SPACINGS * self.fidelity.dx
+
+    def is_tested(self, frame: int) -> bool:
+        """Whether the indenter moves in a frame."""
+        return self.indenter is not None and frame > self.frames_before_test
+
+    def gravity_in(self, frame: int) -> float:
+        """Downward acceleration in a frame [length/s^2]: none while pressed, none in a hardness test."""
+        return 0.0 if self.indenter or frame <= self.loading.press_frames else self.reading.gravity
+
+    def damping_in(self, frame: int) -> float:
+        """Damping of velocities in a frame [1/s]."""
+        if frame <= self.loading.press_frames:
+            return self.reading.press_damping
+        rests = self.indenter and not self.is_tested(frame)
+        return self.indenter.rest_damping if rests else 0.0
 
     @property
     def dx(self) -> float:

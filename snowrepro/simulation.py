@@ -61,7 +61,7 @@ def simulate(
     Raises ConfigError where the scene does not fit, Diverged where the run stops being one.
     """
     scene = build_scene(config)
-    total = config.loading.frames
+    total = config.frames
     record = _unpack(resume) if resume else Record()
     for frame in solver.frames(config, scene, resume):
         record.add(frame, config)
@@ -72,7 +72,7 @@ def simulate(
 
 def _pack(record: Record, frame: solver.Frame) -> dict[str, np.ndarray]:
     """The record and the frame's checkpoint as named arrays."""
-    rows = {f"row {name}": np.array([row[name] for row in record.rows]) for name in diagnostics.MEANING}
+    rows = {f"row {name}": np.array([row[name] for row in record.rows]) for name in record.rows[0]}
     stored = {f"stored {name}": np.stack(values) for name, values in record.stored.items()}
     constants = {f"constant {name}": values for name, values in record.constants.items()}
     return {**frame.checkpoint(), **rows, **stored, **constants, "stored frames": np.array(record.numbers)}
@@ -114,7 +114,7 @@ def _describe(config: Config, record: Record) -> xr.Dataset:
         variables[name] = (dims, np.stack(values), attrs(quantity.long_name, quantity.unit))
     for name, values in record.constants.items():
         variables[name] = ("particle", values, attrs(table[name].long_name, table[name].unit))
-    for name, (long_name, powers) in diagnostics.MEANING.items():
+    for name, (long_name, powers) in diagnostics.meaning(config).items():
         values = np.array([row[name] for row in rows])
         variables[name] = ("frame", values, attrs(long_name, powers))
     dataset = xr.Dataset(variables, coords)
@@ -130,4 +130,7 @@ def _describe(config: Config, record: Record) -> xr.Dataset:
         "comment": "Lengths are in the unit 'length_unit'; grid_spacing is one cell of this run's grid; "
         "cell_mass the mass of unpressed snow in one cell of the paper's grid.",
     }
+    if config.indenter:
+        dataset.attrs["title"] += ", indented at release"
+        dataset.attrs["comment"] += " floor_work is of floor, vice and indenter together."
     return dataset

@@ -15,11 +15,12 @@ from ..config import Analysis, Config
 from ..errors import StoreError
 from ..mpm.diagnostics import unclosed_share
 from ..store import runs
+from . import hardness
 from .classify import Classified, bond_variables, broken_variables, classify
 from .definitions import DEFINITIONS
 from .fragments import fragments_of
 
-FOUND_BY = ("bonds.py", "classify.py", "definitions.py", "fragments.py", "motion.py", "summary.py", "tree.py")
+FOUND_BY = ("bonds", "classify", "definitions", "fragments", "hardness", "motion", "summary", "tree")  # modules
 
 
 def summarise(dataset: xr.Dataset, analysis: Analysis | None = None) -> dict[str, Any]:
@@ -47,11 +48,10 @@ def _row(dataset: xr.Dataset, found: Classified) -> dict[str, Any]:
         "reading": config["reading"]["name"],
         "fidelity": config["fidelity"]["name"],
         "seed": config["seed"],
-        **found.measures(),
-        **_by_other_definitions(found),
+        "particles": dataset.sizes["particle"],
+        **(hardness.indentation(dataset) if hardness.is_indented(dataset) else _fall(dataset, found)),
         "fragments_at_release": len(first.mass),
         "whole_at_release": bool(first.largest > 0.999),
-        "impact_speed": float(falling["top_speed"].max()),
         "density_at_release": float(at_release["mean_density"]),
         "young_at_release": float(at_release["mean_young"]),
         "hardening_at_release": float(at_release["mean_hardening"]),
@@ -66,6 +66,17 @@ def _row(dataset: xr.Dataset, found: Classified) -> dict[str, Any]:
         "substeps": int(dataset["substeps"].sum()),
         "seconds": float(dataset.attrs.get("wall_seconds", np.nan)),
         "seconds_per_frame": float(dataset.attrs.get("seconds_per_frame", np.nan)),
+    }
+
+
+def _fall(dataset: xr.Dataset, found: Classified) -> dict[str, Any]:
+    """What the fall did to the snow."""
+    falling = dataset.isel(frame=slice(found.motion.release, None))
+    return {
+        **found.measures(),
+        **_by_other_definitions(found),
+        "impact_speed": float(falling["top_speed"].max()),
+        **hardness.impact(dataset),
     }
 
 
@@ -129,7 +140,7 @@ def of_runs(configs: Sequence[Config]) -> pd.DataFrame:
 
     def place(c: Config) -> tuple:
         scene = scenes.index((c.shape.name, c.floor.name))
-        return scene, not c.sintering.enabled, c.sintering.name, c.pressure, c.seed
+        return scene, not c.sintering.enabled, c.sintering.name, c.pressure, c.seed, c.indenter is not None
 
     return pd.DataFrame([row_of(config) for config in sorted(configs, key=place)])
 
@@ -138,5 +149,5 @@ def _key(analysis: Analysis) -> str:
     """What a row depends on beside the run: the settings, and the code that makes it."""
     digest = hashlib.sha256(analysis.model_dump_json().encode())
     for name in FOUND_BY:
-        digest.update((Path(__file__).parent / name).read_bytes())
+        digest.update((Path(__file__).parent / f"{name}.py").read_bytes())
     return digest.hexdigest()[:16]

@@ -48,6 +48,12 @@ MEANING = {
     "ended_inside": ("times in the frame that a particle ended inside the floor", "1"),
 }
 
+# What runs with an indenter have beside.
+INDENTER = {
+    "indenter_depth": ("depth of the indenter below first touch, at the end of the frame", "L"),
+    "indenter_force": ("upward force on the indenter at unit depth out of the plane, mean over the frame", "M L/T2"),
+}
+
 WORKS = (
     "pressing_work",
     "gravity_work",
@@ -62,14 +68,19 @@ WORKS = (
 BOUNDED = ("poisson_capped", "density_capped", "hardening_capped", "hardening_floored", "volume_bounded")
 
 
+def meaning(config: Config) -> dict[str, tuple[str, str]]:
+    """The diagnostics of a run, as in MEANING."""
+    return {**MEANING, **INDENTER} if config.indenter else MEANING
+
+
 def measure(frame: Frame, config: Config, before: Mapping[str, float] | None) -> dict[str, float]:
-    """All diagnostics of MEANING for one frame; ``before`` is what the frame before gave, None for the first."""
+    """All diagnostics of a run for one frame; ``before`` is what the frame before gave, None for the first."""
     reading = config.reading
     mass, velocity, position = frame.read("mass"), frame.read("velocity"), frame.read("position")
     xi, J_P, poisson, density = frame.read("hardening"), frame.read("J_P"), frame.read("poisson"), frame.read("density")
     low, high = reading.hardening_exponent
     exponent = xi * (1.0 - J_P)
-    gravity = reading.gravity if frame.number > config.loading.press_frames else 0.0
+    gravity = config.gravity_in(frame.number)
     momentum = mass @ velocity
     row = {
         "substeps": frame.substeps,
@@ -93,8 +104,10 @@ def measure(frame: Frame, config: Config, before: Mapping[str, float] | None) ->
         "volume_bounded": int(((J_P <= reading.plastic_volume[0]) | (J_P >= reading.plastic_volume[1])).sum()),
         "ended_inside": frame.ended_inside,
     }
+    if frame.test:
+        row |= {"indenter_depth": frame.test.depth, "indenter_force": frame.test.force}
     if before is None:
-        return {name: row.get(name, 0.0) for name in MEANING}
+        return {name: row.get(name, 0.0) for name in meaning(config)}
     stopped = frame.number == config.loading.press_frames + 1 and reading.release == "rest"
     start = {**before, **({"kinetic_energy": 0.0, "momentum_x": 0.0, "momentum_y": 0.0} if stopped else {})}
     row |= _works(frame.totals, row, start, gravity)
@@ -105,7 +118,7 @@ def measure(frame: Frame, config: Config, before: Mapping[str, float] | None) ->
     for axis, given in zip("xy", steady, strict=True):
         change = row[f"momentum_{axis}"] - start[f"momentum_{axis}"]
         row[f"unclosed_momentum_{axis}"] = float(change - given - frame.totals[f"impulse_{axis}"])
-    return {name: row[name] for name in MEANING}
+    return {name: row[name] for name in meaning(config)}
 
 
 def _works(

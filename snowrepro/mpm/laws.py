@@ -54,6 +54,8 @@ class Laws:
     stick_inside: bool
     moves_out: bool
     friction: float
+    indents: bool  # whether there are an indenter and its vice
+    indenter_friction: float
     touch: float  # a particle this near touches: one that was moved to the surface is on it but for round-off
 
 
@@ -106,6 +108,8 @@ def laws_of(config: Config) -> Laws:
         stick_inside=reading.contact == "legacy",
         moves_out=reading.inside_floor == "moved_out",
         friction=reading.friction,
+        indents=config.indenter is not None,
+        indenter_friction=config.indenter.friction if config.indenter else 0.0,
     )
 
 

@@ -6,7 +6,7 @@ threads; all else that is shared are minima, maxima and counts.
 
 import taichi as ti
 
-from . import steps, transfer
+from . import indenter, steps, transfer
 from .laws import Laws
 from .state import RUNNING, Ledger, Nodes, Particles
 
@@ -30,9 +30,9 @@ def begin(particles: ti.template(), nodes: ti.template(), ledger: ti.template(),
     """Start the frame's accounts."""
     steps.begin_frame(ledger, laws)
     for p in range(particles.count):
-        steps.forget_particle_work(p, particles)
+        steps.forget_particle_work(p, particles, nodes, laws)
     for i, j in ti.ndrange(nodes.size[0], nodes.size[1]):
-        steps.forget_node_work(i, j, nodes)
+        steps.forget_node_work(i, j, nodes, laws)
 
 
 @ti.kernel
@@ -82,6 +82,8 @@ def advance_substep(
         ti.atomic_max(ledger.top_speed2[None], speed2)
         if inside:
             ti.atomic_add(ledger.ended_inside[None], 1)
+    if ti.static(laws.indents):
+        indenter.move(nodes.indenter, active * dt)
 
 
 @ti.kernel

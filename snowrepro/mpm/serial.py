@@ -5,7 +5,7 @@ A sweep uses the cores by running many cases at once.
 
 import taichi as ti
 
-from . import steps, transfer
+from . import indenter, steps, transfer
 from .state import RUNNING
 
 
@@ -28,9 +28,9 @@ def advance_frame(
     for _ in range(1):
         steps.begin_frame(ledger, laws)
         for p in range(particles.count):
-            steps.forget_particle_work(p, particles)
+            steps.forget_particle_work(p, particles, nodes, laws)
         for i, j in ti.ndrange(nodes.size[0], nodes.size[1]):
-            steps.forget_node_work(i, j, nodes)
+            steps.forget_node_work(i, j, nodes, laws)
         under_way = True
         while under_way:
             for group in range(particles.lane_groups):  # behind the last substep too: what is stored has yielded
@@ -94,6 +94,8 @@ def advance_substep(
         speed2, inside = steps.step_6_to_9_particle(p, particles, nodes, laws, dt, gravity)
         top_speed2 = ti.max(top_speed2, speed2)
         ended_inside += inside
+    if ti.static(laws.indents):
+        indenter.move(nodes.indenter, dt)
     ledger.top_speed2[None] = top_speed2
     ledger.ended_inside[None] += ended_inside
 

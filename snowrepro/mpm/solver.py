@@ -13,6 +13,7 @@ from ..errors import ConfigError, Diverged
 from ..scene.build import Scene
 from ..scene.press import SHELL_CELLS, external_force
 from . import accounts, parallel, serial, state
+from .indenter import Indenter, Place, depth_at, find_place, force_of, start_frame
 from .laws import Laws, laws_of
 
 
@@ -20,7 +21,7 @@ from .laws import Laws, laws_of
 class Frame:
     """The run at the end of one frame; ``read`` gives a copy of a particle quantity by name.
 
-    ``totals``: of TOTALS, what the frame's energy and momentum come to.
+    ``totals``: of TOTALS, what the frame's energy and momentum come to.  ``test``: of the indenter, if there is one.
     """
 
     number: int
@@ -30,6 +31,7 @@ class Frame:
     top_speed2: float
     totals: dict[str, float]
     particles: state.Particles
+    test: "Indentation | None" = None
 
     def read(self, name: str) -> np.ndarray:
         """A copy of one quantity of PARTICLE_STATE, shape (n, *shape)."""
@@ -38,10 +40,21 @@ class Frame:
     def checkpoint(self) -> dict[str, np.ndarray]:
         """All that the next frames depend on, for ``frames`` to go on from."""
         whole = {quantity.name: self.read(quantity.name) for quantity in state.PARTICLE_STATE}
-        return {**whole, "frame": np.array(self.number), "top_speed2": np.array(self.top_speed2)}
+        place = self.test.place if self.test else None
+        test = {"test_place": np.array([place.x, place.touch, place.vice])} if place else {}
+        return {**whole, **test, "frame": np.array(self.number), "top_speed2": np.array(self.top_speed2)}
 
 
-def frame_of(number: int, particles: state.Particles, ledger: state.Ledger) -> Frame:
+@dataclass(frozen=True)
+class Indentation:
+    """The indenter at the end of a frame: its place (none yet), depth below first touch, and the upward force on it."""
+
+    place: Place | None
+    depth: float
+    force: float
+
+
+def frame_of(number: int, particles: state.Particles, ledger: state.Ledger, test: Indentation | None = None) -> Frame:
     """The frame that the kernel has just ended, or frame 0 before the first."""
     return Frame(
         number,
@@ -51,6 +64,7 @@ def frame_of(number: int, particles: state.Particles, ledger: state.Ledger) -> F
         ledger.top_speed2[None],
         dict(zip(state.TOTALS, ledger.totals[None], strict=True)),
         particles,
+        test,
     )
 
 
@@ -96,32 +110,43 @@ def frames(config: Config, scene: Scene, resume: Mapping[str, np.ndarray] | None
     loading = config.loading
     pressed = config.sintering.enabled or config.reading.unsintered == "pressed"
 
-    first = 1
+    first, place = 1, None
     if resume is None:
-        yield frame_of(0, particles, ledger)
+        yield frame_of(0, particles, ledger, _test_at(0, config, nodes, laws, place))
     else:
         for quantity in state.PARTICLE_STATE:
             particles.write(quantity.name, resume[quantity.name])
         ledger.top_speed2[None] = float(resume["top_speed2"])
         first = int(resume["frame"]) + 1
-    for number in range(first, loading.frames + 1):
+        place = Place(*resume["test_place"].tolist()) if "test_place" in resume else None
+    for number in range(first, config.frames + 1):
         pressing = number <= loading.press_frames
         if number == loading.press_frames + 1:
             release(particles, at_rest=config.reading.release == "rest")
         if pressing and pressed:
             particles.write("force", _pressing_force(config, scene, particles.read("position"), number))
+        if nodes.indenter and config.is_tested(number):
+            place = place or find_place(config, particles.read("position"))
+            start_frame(nodes.indenter, config, place, number)
         advance_frame(
             particles,
             nodes,
             ledger,
             laws,
-            gravity=0.0 if pressing else config.reading.gravity,
-            damping=config.reading.press_damping if pressing else 0.0,
+            gravity=config.gravity_in(number),
+            damping=config.damping_in(number),
             sinters=pressing and config.sintering.enabled,
         )
         _check(ledger, particles, laws, number)
         _check_volume(particles, config, number)
-        yield frame_of(number, particles, ledger)
+        yield frame_of(number, particles, ledger, _test_at(number, config, nodes, laws, place))
+
+
+def _test_at(number: int, config: Config, nodes: state.Nodes, laws: Laws, place: Place | None) -> Indentation | None:
+    """What the indenter shows at the end of a frame."""
+    if nodes.indenter is None:
+        return None
+    return Indentation(place, depth_at(config, number), force_of(nodes.indenter, laws))
 
 
 def allocate(config: Config, scene: Scene, laws: Laws) -> tuple[state.Particles, state.Nodes, state.Ledger]:
@@ -130,6 +155,9 @@ def allocate(config: Config, scene: Scene, laws: Laws) -> tuple[state.Particles,
     particles.start(scene, config.material)
     nodes = state.Nodes(scene.node_distance, scene.node_normal, laws.summation == "fixed_point")
     ledger = state.Ledger()
+    if config.indenter:
+        radius = config.indenter.radius * config.reading.cell
+        nodes.indenter = Indenter(radius, nodes.size, particles.count)
     if config.reading.initial_volume == "grid_density":
         serial.step_2_volume(particles, nodes, laws)
     return particles, nodes, ledger

@@ -8,6 +8,7 @@ import taichi as ti
 
 from ..config import Material
 from ..scene.build import Scene
+from .indenter import Indenter
 
 LANES = 8  # particles that the straight-line laws handle at once; arrays are padded to a multiple
 
@@ -109,8 +110,11 @@ class Nodes:
     """Grid nodes: mass, momentum and velocity, and the floor's signed distance and normal at each.
 
     ``old_momentum`` and ``old_velocity`` are those before forces act.  ``fixed_...`` are the sums in fixed
-    point, where they are taken so.  The last four say what each cause gave in the frame.
+    point, where they are taken so.  ``kinetic_work`` and those behind it say what each cause gave in the frame.
+    ``indenter`` is there in runs that have one.
     """
+
+    indenter: Indenter | None = None
 
     def __init__(self, distance: np.ndarray, normal: np.ndarray, fixed_point: bool = False):
         self.size = distance.shape

@@ -6,7 +6,7 @@
 import taichi as ti
 
 from ..physics import elasticity, plasticity, sintering
-from . import contact, transfer
+from . import contact, indenter, transfer
 from .state import LANES, RUNNING, TOO_MANY_SUBSTEPS, UNSOUND_PARTICLE
 
 HUGE = 1e30  # beyond what any sound quantity reaches, within what f32 holds
@@ -26,7 +26,7 @@ def begin_frame(ledger: ti.template(), laws: ti.template()):
 
 
 @ti.func
-def forget_particle_work(p, particles: ti.template()):
+def forget_particle_work(p, particles: ti.template(), nodes: ti.template(), laws: ti.template()):
     """Start the frame's account of particle p."""
     particles.pressing_work[p] = 0.0
     particles.sintering_work[p] = 0.0
@@ -35,15 +35,19 @@ def forget_particle_work(p, particles: ti.template()):
     particles.sliding_work[p] = 0.0
     particles.lifting_work[p] = 0.0
     particles.sliding_impulse[p] = ti.Vector([0.0, 0.0])
+    if ti.static(laws.indents):
+        nodes.indenter.particle_impulse[p] = ti.Vector([0.0, 0.0])
 
 
 @ti.func
-def forget_node_work(i, j, nodes: ti.template()):
+def forget_node_work(i, j, nodes: ti.template(), laws: ti.template()):
     """Start the frame's account of a node."""
     nodes.kinetic_work[i, j] = 0.0
     nodes.damping_work[i, j] = 0.0
     nodes.contact_work[i, j] = 0.0
     nodes.contact_impulse[i, j] = ti.Vector([0.0, 0.0])
+    if ti.static(laws.indents):
+        nodes.indenter.node_impulse[i, j] = ti.Vector([0.0, 0.0])
 
 
 @ti.func
@@ -235,6 +239,8 @@ def step_4_and_5_node_velocity(i, j, nodes: ti.template(), laws: ti.template(), 
         pushed[1] -= dt * gravity
         damped = pushed * (1.0 / (1.0 + dt * damping))
         new = contact.node_velocity(damped, nodes.distance[i, j], nodes.normal[i, j], laws)
+        if ti.static(laws.indents):
+            new = indenter.node_velocity(i, j, new, mass, nodes.indenter, laws)
         old = nodes.old_momentum[i, j] / mass
         nodes.velocity[i, j] = new
         if ti.static(laws.transfer == "pic_flip"):
@@ -257,6 +263,11 @@ def step_6_to_9_particle(p, particles: ti.template(), nodes: ti.template(), laws
     position = particles.position[p]
     mass, force = particles.mass[p], particles.force[p]
     inside = 0
+    if ti.static(laws.indents):
+        free = velocity
+        velocity = indenter.particle_velocity(p, free, position, mass, nodes.indenter, laws)
+        particles.sliding_work[p] += 0.5 * mass * (velocity.norm_sqr() - free.norm_sqr())
+        particles.sliding_impulse[p] += mass * (velocity - free)
     if contact.near_floor(position, nodes, laws):
         distance, normal = contact.floor_at(position, nodes, laws)
         if distance <= laws.touch:

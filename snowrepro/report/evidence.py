@@ -93,15 +93,18 @@ def in_paper_order(configs: Sequence[Config]) -> list[Config]:
 def name_of(config: Config) -> str:
     """A run of an experiment in a few words."""
     scene = f"{config.shape.name} on {config.floor.name}"
-    return f"{scene}, {config.pressure:g}, {config.sintering.name}, seed {config.seed}"
+    test = ", indented" if config.indenter else ""
+    return f"{scene}, {config.pressure:g}, {config.sintering.name}, seed {config.seed}{test}"
 
 
 def markdown(table: pd.DataFrame) -> list[str]:
-    """A Markdown table; floats with three significant digits, or whole from 1000 on."""
+    """A Markdown table; floats with three significant digits, or whole from 1000 on; a dash for what is not there."""
 
     def show(value: object) -> str:
         if not isinstance(value, float):
             return str(value)
+        if value != value:
+            return "-"
         return f"{value:.0f}" if abs(value) >= 1000 else f"{value:.3g}"
 
     header = [str(column) for column in table.columns]

@@ -9,7 +9,7 @@ import pandas as pd
 from ..config import Config, Experiment
 from ..mpm.diagnostics import bounded
 from ..store import runs
-from . import calibration, convergence, energy, grid, scenes, strip, tables
+from . import calibration, convergence, energy, grid, hardness, scenes, strip, tables
 from .evidence import Evidence, gathered, in_paper_order, markdown, name_of, opened, origin
 
 # Who draws which picture.
@@ -24,6 +24,7 @@ PICTURES = {
     "grid": grid.report,
     "convergence": convergence.report,
     "energy": energy.report,
+    "hardness": hardness.report,
 }
 MOST_LISTED = 48  # runs; more are in summary.csv alone
 
@@ -34,6 +35,8 @@ SHOWN = {
     "pressure": "pressure",
     "sintering": "sintering",
     "seed": "seed",
+    "indenter": "indenter",  # in experiments that have one
+    "hardness": "hardness",
     "lump_fraction": "lumps [mass]",
     "lumps": "lumps [count]",
     "largest_fragment": "largest",
@@ -87,7 +90,7 @@ def _runs(evidence: Evidence) -> list[str]:
         lines += [f"All {len(evidence.table)} finished runs, a row each: [summary.csv](summary.csv).", ""]
     elif len(evidence.table):
         lines += [
-            *markdown(evidence.table[list(SHOWN)].rename(columns=SHOWN)),
+            *markdown(evidence.table[[name for name in SHOWN if name in evidence.table]].rename(columns=SHOWN)),
             "",
             "Density, xi and hardening factor (geometric mean) are at release, means over particles. nu capped, "
             "Eq. 1 capped and floored: the most particles at a bound in any frame. All columns: "

@@ -51,6 +51,7 @@ def build_scene(config: Config) -> Scene:
     places, depth = sample(config.shape.outline, dx, config.fidelity.particles_per_cell, config.seed)
     places = places + place_of_snow(config)
     _check_fit(config, places, width, height)
+    _check_indenter(config)
 
     counts = np.array([np.ceil(width / dx), np.ceil(height / dx)], dtype=int) + 1
     nodes = np.stack(np.meshgrid(*(np.arange(n) * dx for n in counts), indexing="ij"), axis=-1).reshape(-1, 2)
@@ -154,4 +155,21 @@ def _check_fit(config: Config, places: np.ndarray, width: float, height: float) 
         raise ConfigError(
             f"shape '{config.shape.name}' touches floor '{config.floor.name}' at the start: "
             f"the gap is {distance.min():.2f} cells, at least {dx:g} are needed"
+        )
+
+
+def _check_indenter(config: Config) -> None:
+    """Refuse a hardness test that the grid cannot resolve, or that goes down to where the snow is held."""
+    test, outline = config.indenter, config.shape.outline
+    if test is None:
+        return
+    if test.radius < 2.0 * config.fidelity.dx:
+        raise ConfigError(
+            f"indenter.radius ({test.radius:g} cells) must be at least two grid spacings ({2 * config.fidelity.dx:g})"
+        )
+    standing = geometry.extent(outline)[1][1] - geometry.centroid(outline)[1]
+    if test.depth > standing - 2.0 * config.fidelity.dx:
+        raise ConfigError(
+            f"indenter.depth ({test.depth:g} cells) is more than shape '{config.shape.name}' has: {standing:.3g} cells "
+            "of it stand out of the vice, which holds it up to its centroid, and two grid spacings must be left"
         )

@@ -11,9 +11,11 @@ NOT_PHYSICS = {"analysis", "claims", "store", "reports", "experiment", "threads"
 def run_id(config: Config, model_version: int) -> str:
     """A readable name that ends in a hash of the physics; any spelling of the same run gives the same id."""
     physics = config.model_dump(mode="json", exclude=NOT_PHYSICS)
+    if config.indenter:
+        del physics["loading"]["frames"]  # those of the fall, which it does not take
     canonical = json.dumps({"model_version": model_version, **physics}, sort_keys=True, separators=(",", ":"))
     digest = hashlib.sha256(canonical.encode()).hexdigest()[:10]
     return (
         f"{config.shape.name}-{config.floor.name}-{config.pressure:g}-{config.sintering.name}"
-        f"-{config.fidelity.name}-{config.seed}-{digest}"
+        f"-{config.fidelity.name}-{config.seed}{f'-{config.indenter.name}' if config.indenter else ''}-{digest}"
     )

@@ -189,6 +189,19 @@ def test_ancestry():
     assert (found[2].id[found[2].label[low]] == 2).all()
 
 
+def test_fragments_that_join_again_have_the_heavier_parent():
+    """By proximity a light piece is lost in a heavy one and comes out again under a new name."""
+    x = ball("preview")
+    light = x[:, 0] < -8
+    apart = x - light[:, None] * [20.0, 0.0]
+    found = classified(x, apart, x, apart, fidelity="preview", frames="all", definition="proximity").fragments
+    assert [f.id.tolist() for f in found] == [[0], [0, 1], [0], [0, 2]]
+    assert [f.parent.tolist() for f in found] == [[-1], [0, 0], [0], [0, 0]]
+    late = classified(apart, apart, x, fidelity="preview", frames="all", definition="proximity").fragments
+    assert late[0].id.tolist() == [0, 1]
+    assert late[2].parent.tolist() == [0]
+
+
 def test_a_fragment_that_turns_and_flies():
     """Centre, velocity and spin of two halves, one of which turns; velocities by differences are of second order."""
     x = ball("preview")

@@ -7,14 +7,16 @@ from matplotlib.image import imread
 
 from snowrepro.composition import compose
 from snowrepro.config import Experiment
-from snowrepro.report import convergence
+from snowrepro.report import convergence, hardness
 from snowrepro.report.drawing import LUMPS, POWDER, fragment_colours
 from snowrepro.report.evidence import Evidence
 from snowrepro.report.page import write_report
+from snowrepro.simulation import simulate
 from snowrepro.store import runs
 from snowrepro.sweep.plan import make_plan
 from tests.analysis.pictures import ball, classified
 from tests.conftest import SMALL
+from tests.validation.test_indenter import QUICK
 
 
 @pytest.fixture
@@ -199,3 +201,65 @@ def test_convergence_tells_what_moves_beyond_the_seeds(tmp_path):
     assert table.loc["fidelity.dx=2.0", "moves"] == "+0.05 at 3300"
     assert pd.isna(table.loc["solver.precision=f32", "moves"])
     assert (tmp_path / "convergence.png").exists()
+
+
+def test_lumps_are_set_beside_hardness(stored):
+    """One snow with its fall and its test, another with neither: pictures, a row, and no verdict on so little."""
+    study = Experiment(name="hardness", title="hardness", picture="hardness")
+    tested = compose([*QUICK, f"store={stored[0].store}"])
+    runs.save(simulate(tested), tested, wall_seconds=3.0)
+    configs = [config.model_copy(update={"experiment": study}) for config in (*stored, tested)]
+    report = write_report([configs[0].model_copy(update={"reports": stored[0].reports}), *configs[1:]], [])
+    assert report.verdict.startswith("Too few runs")
+    page = (report.folder / "index.md").read_text()
+    assert "ball on L, 3000, paper, seed 0, indented: " in page
+    assert "**missing**: ball on L, 3000, none, seed 0: not run" in page
+    table = pd.read_csv(report.folder / "summary.csv")
+    assert table["indenter"].notna().tolist() == [False, True]
+    assert table["hardness"].notna().tolist() == [False, True]
+    assert table["lump_fraction"].notna().tolist() == [True, False]
+    (row,) = hardness.paired(table).reset_index().to_dict("records")
+    assert row["hardness"] == table["hardness"][1] and row["lump_fraction"] == table["lump_fraction"][0]
+    assert {p.name for p in report.folder.glob("*.png")} == {"curves.png", "measures.png", "scatter.png"}
+
+
+def snows(hardness_of, lumps_of):
+    """Sintered and unsintered snow at six pressures, with hardness and lumps by pressure and arm."""
+    pressures = (100, 200, 400, 800, 1600, 3200)
+    index = pd.MultiIndex.from_product([("paper", "none"), pressures, (0,)], names=hardness.KEYS)
+    rows = [{"hardness": hardness_of(arm, p), "lump_fraction": lumps_of(arm, p)} for arm, p, _ in index]
+    return pd.DataFrame(rows, index=index)
+
+
+def sintered_alone(arm, pressure):
+    return pressure / 4000 * (arm == "paper")
+
+
+@pytest.mark.parametrize(
+    ("hardness_of", "lumps_of", "start"),
+    [
+        (lambda arm, p: p * (3 if arm == "paper" else 0.01), sintered_alone, "Lumps follow hardness: "),
+        (lambda arm, p: p * (1 if arm == "paper" else 0.6), sintered_alone, "Lumps follow hardness only in part: "),
+        (lambda arm, p: p * (1 if arm == "paper" else 9), sintered_alone, "Lumps follow hardness only in part: "),
+        (lambda arm, p: p, lambda arm, p: [0.3, 0.1, 0.4, 0.4, 0.1, 0.2][p // 100 % 6], "Lumps do not follow"),
+    ],
+)
+def test_the_verdict_on_lumps_and_hardness_can_go_each_way(hardness_of, lumps_of, start):
+    """They rise together; together, but not at equal hardness; in one arm alone; not at all."""
+    sentence = hardness.sentence(snows(hardness_of, lumps_of))
+    assert sentence.startswith(start), sentence
+
+
+def test_snows_of_equal_hardness_are_set_side_by_side():
+    """Unsintered snow at twice the pressure is as hard: 400 stands beside sintered 200, 100 beside none."""
+    alike = hardness.at_equal_hardness(snows(lambda arm, p: p * (1 if arm == "paper" else 0.5), sintered_alone))
+    assert alike["pressure"].tolist() == [200, 400, 800, 1600, 3200]
+    np.testing.assert_allclose(alike["sintered"], alike["hardness"] / 4000)
+    assert (alike["unsintered"] == 0).all()
+
+
+def test_snow_that_pressing_left_alike_has_one_rank():
+    """Round-off makes no order."""
+    same = pd.Series(1000.0 + 1e-4 * np.arange(6))
+    assert np.isnan(hardness.follows(pd.Series(np.arange(6.0)), same).rho)
+    assert hardness.follows(pd.Series(np.arange(6.0)), 10.0 ** pd.Series(np.arange(6.0))).rho == pytest.approx(1.0)
