@@ -64,6 +64,17 @@ def test_particles_that_vanish_are_neither_lumps_nor_powder():
     assert found.broken["stretch"].iloc[-1] > 0.05
 
 
+def test_a_heavy_particle_that_vanishes_is_no_lump():
+    """Alone it would have the mass of one."""
+    states = STATES[[0, 0]].copy()
+    states[1, 7] = np.nan
+    mass = np.where(np.arange(len(X)) == 7, 0.2 * len(X), 1.0)
+    found = classify(states, release=0, mass=mass, lump_cells=0.0).last
+    assert found.lumps == 1
+    assert found.lump_fraction + found.vanished == pytest.approx(1.0)
+    assert found.vanished == pytest.approx(mass[7] / mass.sum())
+
+
 def test_one_particle_and_few():
     """One is a fragment, without bonds; three on a line are bonded along it."""
     alone = classify(np.zeros((2, 1, 2)), release=0)
