@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from ..analysis.calibration import calibrate
 from .drawing import save
 from .evidence import Evidence, Findings
+from .sensitivity import of_other_pressures
 
 
 def report(evidence: Evidence) -> Findings:
@@ -25,6 +26,8 @@ def report(evidence: Evidence) -> Findings:
         "",
         "A rising curve is fitted over log pressure (isotonic regression) and read off at the targets. "
         "Only the sintered runs of this scene are used; rows without sintering and all other scenes are not.",
+        "",
+        *of_other_pressures(evidence),
     ]
     return Findings(lines, verdict)
 

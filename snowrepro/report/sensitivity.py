@@ -1,6 +1,7 @@
 """Does a verdict hang on the definition of a lump?  The whole scan in one table, one curve and the exceptions."""
 
 from collections.abc import Sequence
+from itertools import combinations
 
 import numpy as np
 import pandas as pd
@@ -15,6 +16,7 @@ from .drawing import save
 from .evidence import Evidence, markdown
 
 KEPT, LOST, USUAL = "#0072B2", "#bbbbbb", "#D55E00"
+HALF = 0.5  # of the mass: from here on more lumps than powder
 NAMES = {
     "definition": "definition",
     "break_by": "bonds break by",
@@ -62,6 +64,37 @@ def section(evidence: Evidence) -> list[str]:
         "The upright line is the strain used.",
         "",
     ]
+
+
+def of_other_pressures(evidence: Evidence) -> list[str]:
+    """Whether other definitions would also find three pressures at which C1 to C3 hold, from a ladder of them.
+
+    A definition that was not used to choose the pressures is at a disadvantage in ``section``; not so here.
+    """
+    configs = [config for config in evidence.configs if config.sintering.enabled]
+    pressures = {config.pressure for config in configs}
+    if len(pressures) < 3 or not all(evidence.is_done(config) for config in configs):
+        return []
+    choices, lumps = _scan(configs)
+    found = pd.DataFrame({"three such pressures": _any_three(lumps["sintered"].to_numpy())})
+    return [
+        "## Would other definitions of a lump find such pressures?",
+        "",
+        f"For each of {len(choices)} definitions: are there three of the {len(pressures)} pressures at which, by means "
+        "over seeds, lumps grow, the lowest gives more powder and the highest more lumps? There the definition is not "
+        "the one by which the pressures were chosen, but each has its own.",
+        "",
+        *markdown(_by_choice(choices, found).drop(columns="all claims")),
+        "",
+    ]
+
+
+def _any_three(values: np.ndarray) -> np.ndarray:
+    """Whether a row of ``values`` (definitions, rising pressures) has three that rise from below to above one half."""
+    found = np.zeros(len(values), dtype=bool)
+    for low, middle, high in combinations(values.T, 3):
+        found |= (low < middle) & (middle < high) & (low < HALF) & (high > HALF)
+    return found
 
 
 def _lacking(evidence: Evidence) -> str:

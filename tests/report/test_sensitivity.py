@@ -1,0 +1,58 @@
+"""What other definitions of a lump make of the same numbers."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from snowrepro.analysis import claims
+from snowrepro.analysis.sensitivity import CHOICES
+from snowrepro.composition import compose
+from snowrepro.report import sensitivity
+
+PRESSURES = (340.0, 530.0, 3300.0)
+PART = st.floats(0, 1).map(lambda value: round(value, 2))
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.lists(PART, min_size=6, max_size=6))
+def test_many_at_once_point_where_one_points(values):
+    """``claims.points`` of a row is ``Verdict.agrees`` of a table with the same numbers."""
+    rows = [(arm, p, 0) for arm in ("paper", "none") for p in PRESSURES]
+    table = pd.DataFrame(rows, columns=["sintering", "pressure", "seed"]).assign(lump_fraction=values)
+    names = [("sintered" if arm == "paper" else "unsintered", p) for arm, p, _ in rows]
+    means = pd.DataFrame([values], columns=pd.MultiIndex.from_tuples(names))
+    written = compose().claims
+    verdicts = {v.claim: v.agrees for v in claims.judge(written, table)}
+    for claim in written.list:
+        if claim.test != "scenes":
+            assert bool(claims.points(claim, means).iloc[0]) == verdicts[claim.name], claim.name
+
+
+@pytest.mark.parametrize(
+    ("values", "expected"),
+    [
+        ([0.1, 0.3, 0.8], True),
+        ([0.9, 0.1, 0.6, 0.7], True),  # 0.1, 0.6, 0.7
+        ([0.1, 0.8, 0.3, 0.2], False),  # nothing rises twice to above one half
+        ([0.6, 0.7, 0.8], False),
+        ([0.1, 0.2, 0.3], False),
+        ([0.1, 0.6, 0.6], False),
+    ],
+)
+def test_three_pressures_that_would_do(values, expected):
+    """By hand."""
+    assert sensitivity._any_three(np.array([values]))[0] == expected
+
+
+def test_exceptions_are_single_changes():
+    """Only definitions one choice away from the one used are named, with what they lose."""
+    base = dict(zip(CHOICES, ("bonds", "both", 0.3, 0.3333, 1.5, 0.01), strict=True))
+    rows = [base, {**base, "break_strain": 0.5}, {**base, "break_strain": 0.5, "core_fraction": 0.5}]
+    rows += [{**base, "definition": "grid", "break_by": "", "break_strain": np.nan, "core_fraction": np.nan}]
+    choices = pd.DataFrame(rows)
+    holds = pd.DataFrame({"C1": [True, True, False, False], "C2": [True, False, False, True]})
+    assert sensitivity._usual(choices, compose()) == 0
+    told = sensitivity._exceptions(choices, holds, 0)
+    assert told[2:] == ["- break strain 0.5: C2", "- grid: C1"]
