@@ -154,6 +154,8 @@ def test_measures_of_a_known_split():
     assert found.effective_number == pytest.approx(1 / (parts**2).sum(), abs=1e-3)
     assert found.second_moment == pytest.approx(0.3**2 + 0.1**2, abs=1e-4)
     assert found.median_mass == found.largest == pytest.approx(0.6, abs=1e-4)
+    halves = classified(x, x + (np.argsort(order) > 0.55 * len(x))[:, None] * [30.0, 0.0], core_fraction=1.0).last
+    assert halves.median_mass == pytest.approx(0.55, abs=1e-3)
     shuffled = classified(x, np.random.default_rng(0).permutation(x)).last
     assert shuffled.effective_number > 0.5 * len(x)
     assert shuffled.median_mass == pytest.approx(1 / len(x))

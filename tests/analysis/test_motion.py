@@ -47,6 +47,16 @@ def test_stored_velocities_win():
     assert classify(data).table()["velocity_x"].to_numpy() == pytest.approx(7.0)
 
 
+def test_velocities_by_differences_are_of_second_order():
+    """Exact for a thrown body, but for the first and last state."""
+    time = np.array([0.0, 0.1, 0.2, 0.3])
+    fall = np.stack([X + np.array([3.0 * t, -5.0 * t**2]) for t in time])
+    data = foreign(fall, release_frame=0).assign_coords(step=("step", time))
+    found = classify(data, frames=[1, 2]).table()
+    np.testing.assert_allclose(found["velocity_x"], 3.0)
+    np.testing.assert_allclose(found["velocity_y"], [-1.0, -2.0])
+
+
 def test_particles_that_vanish_are_neither_lumps_nor_powder():
     """A third class, by mass; their bonds are broken from then on."""
     states = STATES[[0, 0, 0]].copy()

@@ -50,6 +50,8 @@ def test_report_shows_runs_and_what_is_missing(stored):
     for name in ("strip.png", "fragments.png"):
         pixels = imread(report.folder / name)[..., :3]
         assert (np.abs(pixels - [0x30 / 255, 0x7A / 255, 0x78 / 255]).max(axis=-1) < 0.01).mean() > 0.02  # the floor
+    assert {"survival.png", "bonds.png"} <= {path.name for path in report.folder.iterdir()}
+    assert "Not scanned: runs are missing" in page
 
 
 def test_same_store_same_bytes(stored):
