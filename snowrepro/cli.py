@@ -3,6 +3,7 @@
 import argparse
 import contextlib
 import logging
+import os
 import signal
 import sys
 import time
@@ -62,6 +63,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # a batch system's end is as orderly as Ctrl-C
     try:
         code = options.command(options)
+        sys.stdout.flush()
+    except BrokenPipeError:  # whoever read, has read enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = ExitCode.FINE
     except KeyboardInterrupt:
         _say("interrupted; what was finished is kept, the same command goes on from there")
         code = ExitCode.INTERRUPTED

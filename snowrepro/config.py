@@ -260,13 +260,22 @@ class Analysis(Section):
     settled_frames: int = Field(gt=0, description="frames over which settled_change is taken [1]")
 
 
+# Columns of a fallen run's summary that something can be claimed of.
+Measure = Literal[
+    "lump_fraction", "powder_fraction", "vanished", "lumps", "fragments", "largest_fragment", "median_mass",
+    "joined_chance", "effective_number", "second_moment", "broken_bonds", "lumps_by_bonds", "lumps_by_proximity",
+    "lumps_by_grid", "lumps_by_damage", "impact_speed", "flattening_most", "flattening_end", "rebound",
+    "density_at_release", "young_at_release", "hardening_at_release", "factor_at_release",
+]  # fmt: skip
+
+
 class Claim(Section):
     """One claim of the paper, and how it is decided; conf/claims says what the tests are."""
 
     name: str = Field(min_length=1)
     statement: str
     paper: str = Field(description="the paper's sentence")
-    measure: str = Field(description="a column of the runs' summary")
+    measure: Measure = Field(description="a column of the runs' summary")
     of: Literal["sintered", "unsintered", "contrast"] = "sintered"
     at: Literal["every", "lowest", "highest"] = "every"
     test: Literal["rises", "below", "above", "scenes"]

@@ -1,6 +1,5 @@
 """What all pictures share: colours, one panel of a scene, particles, fragments."""
 
-from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -33,18 +32,24 @@ def crop(config: Config) -> tuple[float, float]:
 
 
 def fragment_colours(history: Sequence[Fragments]) -> list[np.ndarray]:
-    """A colour for each particle, frame by frame: a lump has that of its id, as rare as can be; powder is grey."""
+    """A colour for each particle, frame by frame: a lump keeps that of its id; powder is grey.
+
+    A new lump takes the colour that the least mass has.
+    """
     of_id: dict[int, str] = {}
     painted = []
     for now in history:
-        names = now.id[now.is_lump].tolist()
-        used = Counter(of_id[name] for name in names if name in of_id)
-        for name in names:  # heaviest first
+        lumps = list(zip(now.id[now.is_lump].tolist(), now.mass[now.is_lump].tolist(), strict=True))  # heaviest first
+        taken = dict.fromkeys(LUMPS, 0.0)
+        for name, mass in lumps:
+            if name in of_id:
+                taken[of_id[name]] += mass
+        for name, mass in lumps:
             if name not in of_id:
-                of_id[name] = min(LUMPS, key=lambda colour: (used[colour], LUMPS.index(colour)))
-                used[of_id[name]] += 1
+                of_id[name] = min(LUMPS, key=taken.__getitem__)
+                taken[of_id[name]] += mass
         colours = np.full(len(now.mass), POWDER, dtype=object)
-        colours[now.is_lump] = [of_id[name] for name in names]
+        colours[now.is_lump] = [of_id[name] for name, _ in lumps]
         painted.append(colours[now.label])
     return painted
 

@@ -1,21 +1,23 @@
 """Verdicts, their statistics and calibration on tables whose answer is known."""
 
 from collections.abc import Sequence
+from typing import get_args
 
 import numpy as np
 import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pydantic import ValidationError
 from scipy import stats
 
 from snowrepro.analysis import claims
 from snowrepro.analysis.calibration import BELOW, BEYOND, calibrate, half_pressure, rising
 from snowrepro.analysis.claims import CONTRADICTED, INCONCLUSIVE, NOT_RUN, REPRODUCED, Scene, Verdict
 from snowrepro.analysis.statistics import estimate, holm, kendall, page
+from snowrepro.analysis.summary import summarise
 from snowrepro.composition import compose
-from snowrepro.config import Claims
-from snowrepro.errors import ConfigError
+from snowrepro.config import Claim, Measure
 
 PAPER = compose().claims
 PRESSURES = (340.0, 530.0, 3300.0)
@@ -229,12 +231,6 @@ def test_contrast_is_taken_seed_by_seed():
     assert c5.effect.high - c5.effect.low < 1e-12
 
 
-def test_a_measure_that_is_none_is_refused():
-    wrong = Claims(name="x", alpha=0.05, list=[PAPER.list[0].model_copy(update={"measure": "lumpiness"})])
-    with pytest.raises(ConfigError, match=r"there is no measure 'lumpiness'.*lump_fraction"):
-        claims.judge(wrong, table(LIKE_THE_PAPER, POWDER))
-
-
 # Numbers without rounding, so that equal means are equal.
 VALUES = st.integers(0, 1024).map(lambda n: n / 1024)
 BLOCKS = st.integers(1, 4).flatmap(
@@ -392,3 +388,13 @@ def test_an_interval_may_end_outside_the_pressures_run():
     assert low.low == BELOW < low.pressure < low.high < BEYOND
     high = half_pressure(blocks([[0.1, 0.2, 0.3], [0.2, 0.4, 0.7], [0.2, 0.4, 0.8]]), 0.05)
     assert high.high == BEYOND
+
+
+def test_every_measure_is_a_number_in_the_summary(small_run):
+    """A claim about another one is refused before any run, with the right names."""
+    row = summarise(small_run)
+    for name in get_args(Measure):
+        assert isinstance(row[name], int | float) and not isinstance(row[name], bool), name
+    claim = compose().claims.list[0].model_dump()
+    with pytest.raises(ValidationError, match="'lump_fraction', 'powder_fraction'"):
+        Claim.model_validate({**claim, "measure": "lumpiness"})
