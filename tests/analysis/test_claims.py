@@ -398,3 +398,11 @@ def test_every_measure_is_a_number_in_the_summary(small_run):
     claim = compose().claims.list[0].model_dump()
     with pytest.raises(ValidationError, match="'lump_fraction', 'powder_fraction'"):
         Claim.model_validate({**claim, "measure": "lumpiness"})
+
+
+def test_an_order_without_an_effect_is_inconclusive():
+    """Every seed rises, so the order is no chance; but by how much, the seeds do not agree."""
+    verdict = judged([[0.0, 0.01, 0.02], [0.0, 0.01, 0.02], [0.0, 0.3, 0.9]], POWDER)["C1"]
+    assert verdict.p == pytest.approx(1 / 216)
+    assert (verdict.word, verdict.agrees) == (INCONCLUSIVE, True)
+    assert "the interval of the effect holds 0" in verdict.note
