@@ -242,8 +242,8 @@ def _method(configs: Sequence[Config]) -> list[str]:
         f"cells, friction {test.friction:g}, goes down over its centroid at {test.speed:g} cells/s, {test.depth:g} "
         "cells from first touch. Force is the disc's impulse on nodes and particles over the frame's time. Hardness is "
         "force over the disc's chord in the last tenth of the depth; work is force over the whole way. The chord is "
-        "the disc's own: what the snow sinks or piles up beside it is not seen. Half the speed gives the same within "
-        "5 % (tests/validation/test_indenter.py).",
+        "the disc's own: what the snow sinks or piles up beside it is not seen. Half the speed gives the same "
+        "hardness within 5 % (tests/validation/test_indenter.py).",
         "",
     ]
 
@@ -326,11 +326,11 @@ def _draw_scatter(pairs: pd.DataFrame, evidence: Evidence) -> None:
     for key, (label, colour, mark) in ARMS.items():
         rows = arm(pairs, key).dropna(subset=["hardness", "lump_fraction"])
         ax.plot(rows["hardness"], rows["lump_fraction"], mark, color=colour, label=label)
-        above = 5 if key == "paper" else -12
-        for place, text in _labels(rows):
+        for k, (place, text) in enumerate(_labels(rows)):
+            above = 5 if key == "paper" else -12 - 8 * (k % 2)  # where one would lie on the next
             ax.annotate(text, place, (0, above), textcoords="offset points", fontsize=7, color=colour, ha="center")
     ax.axhline(0.5, color="0.85", lw=0.8, zorder=0)
     ax.margins(x=0.1)
-    ax.set(xscale="log", ylim=(-0.05, 1.05), xlabel=MEASURES["hardness"], ylabel=MEASURES["lump_fraction"])
+    ax.set(xscale="log", ylim=(-0.1, 1.05), xlabel=MEASURES["hardness"], ylabel=MEASURES["lump_fraction"])
     ax.legend(frameon=False, fontsize=8)
     save(figure, evidence.folder / "scatter.png")

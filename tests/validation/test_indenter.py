@@ -158,14 +158,14 @@ def test_the_force_is_that_of_a_section(compare):
 @pytest.mark.slow
 @pytest.mark.parametrize(("pressure", "sintering"), [(340, "paper"), (340, "none"), (3300, "paper")])
 def test_half_the_speed_gives_the_same_force(pressure, sintering, compare):
-    """The test is quasi-static: hardness and work at half the speed are the same within 5 %.
+    """The force is that of a slow test, but for creep: hardness at half the speed is the same within 5 %.
 
-    From one pressure to the next in experiments/hardness.yaml they change by several times that.
+    From one pressure to the next in experiments/hardness.yaml it changes by several times that.  It falls by as much
+    again with each further halving, so it is no inertia, and changes less on the paper's grid.
     """
     common = ["fidelity=preview", "indenter=disc", f"pressure={pressure}", f"sintering={sintering}"]
     full, half = (indentation(simulate(compose([*common, *more]))) for more in ([], ["indenter.speed=0.1"]))
-    for name in ("hardness", "indentation_work"):
-        compare(f"half the speed, {pressure}, {sintering}: {name}", half[name] / full[name], 1, rel=0.05)
+    compare(f"half the speed, {pressure}, {sintering}: hardness", half["hardness"] / full["hardness"], 1, rel=0.05)
 
 
 def test_the_books_close(compare):
