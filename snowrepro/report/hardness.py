@@ -306,8 +306,8 @@ def _draw_measures(pairs: pd.DataFrame, evidence: Evidence) -> None:
 
 
 def _labels(rows: pd.DataFrame) -> list[tuple[tuple[float, float], str]]:
-    """Where to write which pressures: neighbours whose points lie on each other share a label."""
-    near = [np.log10(rows["hardness"]).round(1), rows["lump_fraction"].round(1)]
+    """Where to write which pressures: those whose points lie on each other share a label."""
+    near = [np.log10(rows["hardness"]).round(1), (25.0 * rows["lump_fraction"]).round()]
     return [
         (tuple(part[["hardness", "lump_fraction"]].max()), _span([p for p, _ in part.index]))
         for _, part in rows.groupby(near, sort=False)

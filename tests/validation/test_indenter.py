@@ -78,16 +78,20 @@ def test_an_elastic_block_is_squeezed(nu, spline, compare):
 
 @pytest.mark.slow
 def test_a_yielding_block_is_squeezed(compare):
-    """Ideally plastic, nu = 0: J times the Cauchy stress is E theta_c (1 - theta_c) in every section."""
+    """Ideally plastic, nu = 0: J times the Cauchy stress is E theta_c (1 - theta_c) in every section.
+
+    Over 400 frames, nearly three periods of the block's slowest vibration: the force swings by 5 % about its mean.
+    """
     motion = block(material__nu=0.0, material__theta_c=0.01, material__theta_s=0.005)
-    forces = press(motion, LOW + TALL + 1.0, 4.0, 0.2)
-    y, J = motion.read("position")[:, 1], np.linalg.det(motion.read("F_E")) * motion.read("J_P")
-    middle = np.abs(y - (VICE + LOW + TALL) / 2) < 10.0
-    theory = 1.4e5 * 0.01 * 0.99 * WIDE * float((1.0 / J[middle]).mean())
+    forces, theory = [], []
+    for part in range(100):
+        forces += press(motion, LOW + TALL + 1.0 - 0.04 * part, 0.04, 0.2)
+        y, J = motion.read("position")[:, 1], np.linalg.det(motion.read("F_E")) * motion.read("J_P")
+        middle = np.abs(y - (VICE + LOW + TALL) / 2) < 10.0
+        theory.append(1.4e5 * 0.01 * 0.99 * WIDE * float((1.0 / J[middle]).mean()))
     assert J[middle].mean() < 0.96  # it yields everywhere
-    compare(
-        "yielding block: force over E theta_c (1 - theta_c) width / J", np.mean(forces[-100:]) / theory, 1, rel=0.02
-    )
+    ratio = np.mean(forces[-400:]) / np.mean(theory[-40:])
+    compare("yielding block: force over E theta_c (1 - theta_c) width / J", ratio, 1, rel=0.02)
 
 
 @pytest.mark.parametrize("radius", [FLAT, 8.0])
