@@ -40,7 +40,8 @@ def report(evidence: Evidence) -> Findings:
         "",
         '"More lumps than powder" is read as: more than half of the mass is in lumps. '
         "Means over seeds; the numbers are the mass fraction in lumps. conf/claims/paper.yaml says by which rule each "
-        f"claim is decided. One seed decides nothing: `snowrepro claims experiment={experiment.name} seeds=3` does.",
+        f"claim is decided. One seed decides nothing: `snowrepro claims experiment={experiment.name} seeds=3` does"
+        + (": [what it found](claims/index.md)." if (evidence.folder / "claims" / "index.md").exists() else "."),
         "",
         *(line for scene in scenes for line in _verdict_table(scene)),
         f"![Snow at {len(experiment.frames)} times, a row for each pressure, first with and then without sintering]"
