@@ -80,18 +80,21 @@ def test_an_elastic_block_is_squeezed(nu, spline, compare):
 def test_a_yielding_block_is_squeezed(compare):
     """Ideally plastic, nu = 0: J times the Cauchy stress is E theta_c (1 - theta_c) in every section.
 
-    Over 400 frames, nearly three periods of the block's slowest vibration: the force swings by 5 % about its mean.
+    Slowly, as plastic waves are slow: their speed is about sqrt(E theta_c / rho), 4 cells/s, and a disc at 0.2 cells/s
+    finds the block 5 % off balance.  The mean over ten stretches of the way, as the force vibrates.
     """
     motion = block(material__nu=0.0, material__theta_c=0.01, material__theta_s=0.005)
-    forces, theory = [], []
-    for part in range(100):
-        forces += press(motion, LOW + TALL + 1.0 - 0.04 * part, 0.04, 0.2)
+    bottom = LOW + TALL - 2.0
+    press(motion, LOW + TALL + 1.0, 3.0, 0.05)
+    ratios = []
+    for _ in range(10):
+        force = np.mean(press(motion, bottom, 0.1, 0.05))
+        bottom -= 0.1
         y, J = motion.read("position")[:, 1], np.linalg.det(motion.read("F_E")) * motion.read("J_P")
-        middle = np.abs(y - (VICE + LOW + TALL) / 2) < 10.0
-        theory.append(1.4e5 * 0.01 * 0.99 * WIDE * float((1.0 / J[middle]).mean()))
-    assert J[middle].mean() < 0.96  # it yields everywhere
-    ratio = np.mean(forces[-400:]) / np.mean(theory[-40:])
-    compare("yielding block: force over E theta_c (1 - theta_c) width / J", ratio, 1, rel=0.02)
+        middle = np.abs(y - (VICE + bottom) / 2) < 10.0
+        ratios.append(force / (1.4e5 * 0.01 * 0.99 * WIDE * float((1.0 / J[middle]).mean())))
+    assert J[middle].max() < 0.97  # it yields everywhere
+    compare("yielding block: force over E theta_c (1 - theta_c) width / J", np.mean(ratios), 1, rel=0.02)
 
 
 @pytest.mark.parametrize("radius", [FLAT, 8.0])
