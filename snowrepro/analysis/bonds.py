@@ -51,15 +51,23 @@ def lay_bonds(positions: np.ndarray, longest: float) -> Bonds:
     Where there is no triangulation (few particles, or all on one line) all pairs that near are bonded.
     """
     try:
-        first, neighbours = Delaunay(positions).vertex_neighbor_vertices
-        own = np.repeat(np.arange(len(positions), dtype=neighbours.dtype), np.diff(first))
-        once = own < neighbours
-        pairs = np.stack([own[once], neighbours[once]], axis=1)
+        pairs = _edges(Delaunay(positions))
     except (QhullError, ValueError):
         pairs = cKDTree(positions).query_pairs(longest, output_type="ndarray").astype(np.int32)
     length = np.sqrt(_lengths2(positions, pairs))
     kept = (length <= longest) & (length > 0)
     return Bonds(pairs[kept], length[kept])
+
+
+def _edges(mesh: Delaunay) -> np.ndarray:
+    """Each edge of a triangulation once, (m, 2)."""
+    if mesh.ndim == 2:  # an edge has two triangles, and is taken from the later one, or from the only one
+        later = mesh.neighbors < np.arange(len(mesh.simplices))[:, None]
+        return np.concatenate([mesh.simplices[later[:, k]][:, [k - 2, k - 1]] for k in range(3)])
+    first, neighbours = mesh.vertex_neighbor_vertices
+    own = np.repeat(np.arange(mesh.npoints, dtype=neighbours.dtype), np.diff(first))
+    once = own < neighbours
+    return np.stack([own[once], neighbours[once]], axis=1)
 
 
 class Extremes:

@@ -32,7 +32,7 @@ class HalfBonds:
 
 def half_bonds(pairs: np.ndarray, strain: np.ndarray, count: int) -> HalfBonds:
     """Sort bonds ``pairs`` (m, 2) with ``strain`` (m,) between ``count`` particles by particle and strain."""
-    by_strain = np.argsort(-strain, kind="stable")
+    by_strain = np.argsort(-strain)
     own = pairs[by_strain].T.ravel()
     other = pairs[by_strain][:, ::-1].T.ravel()
     bond = np.tile(by_strain, 2)
@@ -68,7 +68,8 @@ def holding_strain(halves: HalfBonds, core: np.ndarray) -> np.ndarray:
     bonded = halves.degree > 0
     earliest[bonded] = np.minimum.reduceat(to_core, halves.first[bonded])
     candidate = np.flatnonzero(to_core == earliest[halves.own])
-    _, chosen = np.unique(halves.own[candidate], return_index=True)  # one bond a particle, also if several tie
+    candidate = candidate[np.lexsort((halves.bond[candidate], halves.own[candidate]))]
+    _, chosen = np.unique(halves.own[candidate], return_index=True)  # one bond a particle, the first if several tie
     hanging = candidate[chosen]
     np.minimum.at(weight, halves.bond[hanging], to_core[hanging])
     return weight
