@@ -71,6 +71,9 @@ def test_a_run_explains_itself_and_is_found_done(snowrepro, tmp_path):
     shown = snowrepro("classify", path.parent.name)
     assert shown.returncode == 0
     assert shown.stdout.splitlines() == first.stdout.splitlines()[:-1]
+    later = snowrepro("classify", path.parent.name, "--release", "40", "break_strain=5")
+    assert later.returncode == 0, later.stderr
+    assert re.search(r"^lump_fraction +1$", later.stdout, re.MULTILINE)
 
 
 def test_two_processes_give_the_same_bits(tmp_path):

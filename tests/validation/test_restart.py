@@ -65,7 +65,7 @@ def test_twenty_kills(tmp_path):
     (result,) = tmp_path.glob("runs/*/run.nc")
     log = (result.parent / "run.log").read_text()
     assert log.count("goes on from frame") >= 15
-    assert sorted(p.name for p in result.parent.iterdir()) == ["run.log", "run.nc", "summary.json"]
+    assert sorted(p.name for p in result.parent.iterdir()) == ["analysis.nc", "run.log", "run.nc", "summary.json"]
     with xr.open_dataset(result) as resumed:
         assert_same_bits(resumed.load(), simulate(compose(LONG)))
 
