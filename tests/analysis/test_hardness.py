@@ -128,6 +128,7 @@ def test_the_summary_of_an_indented_run(indented, small_run):
     assert 0 <= fallen["rebound"] < 1
 
 
+@pytest.mark.slow
 def test_going_on_in_mid_indentation(indented):
     """While it rests, before and behind the first move of the disc, in mid-test: the same bits."""
     config, saved = compose(QUICK), {}
@@ -137,6 +138,7 @@ def test_going_on_in_mid_indentation(indented):
         assert_same_bits(simulate(config, resume=saved[frame]), whole)
 
 
+@pytest.mark.slow
 def test_threads_and_a_stop_change_no_bit_in_fixed_point():
     """The disc's force too is summed in one order."""
     config, saved = compose([*QUICK, "solver.summation=fixed_point"]), {}

@@ -15,6 +15,7 @@ from snowrepro.store import runs
 from tests.conftest import SMALL
 
 PRESSURES = (340.0, 530.0, 3300.0)
+WRITTEN = compose().claims
 PART = st.floats(0, 1).map(lambda value: round(value, 2))
 
 
@@ -26,9 +27,8 @@ def test_many_at_once_point_where_one_points(values):
     table = pd.DataFrame(rows, columns=["sintering", "pressure", "seed"]).assign(lump_fraction=values)
     names = [("sintered" if arm == "paper" else "unsintered", p) for arm, p, _ in rows]
     means = pd.DataFrame([values], columns=pd.MultiIndex.from_tuples(names))
-    written = compose().claims
-    verdicts = {v.claim: v.agrees for v in claims.judge(written, table)}
-    for claim in written.list:
+    verdicts = {v.claim: v.agrees for v in claims.judge(WRITTEN, table)}
+    for claim in WRITTEN.list:
         if claim.test != "scenes":
             assert bool(claims.points(claim, means).iloc[0]) == verdicts[claim.name], claim.name
 
