@@ -1,6 +1,7 @@
 """A film of one run: the snow as the paper shows it, and beside it coloured by fragment."""
 
 from pathlib import Path
+from subprocess import CalledProcessError
 
 import matplotlib
 import numpy as np
@@ -36,11 +37,16 @@ def film(dataset: xr.Dataset, config: Config, path: Path, quiet: bool = False) -
     with published(path) as partial:
         scratch = partial.with_suffix(".mp4")  # ffmpeg goes by the name
         writer = FFMpegWriter(fps=rate, codec="libx264", extra_args=["-pix_fmt", "yuv420p", "-crf", "24"])
-        with matplotlib.rc_context({"animation.ffmpeg_path": _ffmpeg()}), writer.saving(figure, scratch, FILM_DPI):
-            for frame in track(frames, "film", disable=quiet):
-                _draw(figure, axes, config, dataset, frame, painted.get(frame), found)
-                writer.grab_frame()
-        scratch.replace(partial)
+        try:
+            with matplotlib.rc_context({"animation.ffmpeg_path": _ffmpeg()}), writer.saving(figure, scratch, FILM_DPI):
+                for frame in track(frames, "film", disable=quiet):
+                    _draw(figure, axes, config, dataset, frame, painted.get(frame), found)
+                    writer.grab_frame()
+            scratch.replace(partial)
+        except CalledProcessError as error:
+            raise OSError(f"ffmpeg ended with code {error.returncode}") from error
+        finally:
+            scratch.unlink(missing_ok=True)
     return len(frames)
 
 

@@ -1,9 +1,18 @@
 """``snowrepro film``, as a subprocess."""
 
+import resource
+import signal
+
 import imageio_ffmpeg
 import netCDF4
 
 from tests.conftest import SMALL
+
+
+def no_more_than_8_kb() -> None:
+    """Files that this process and its children write end there, as on a full disk."""
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (8192, 8192))
 
 
 def test_a_film_of_a_run(snowrepro, tmp_path):
@@ -16,6 +25,11 @@ def test_a_film_of_a_run(snowrepro, tmp_path):
     frames, seconds = imageio_ffmpeg.count_frames_and_secs(str(tmp_path / "small.mp4"))
     assert frames == len(range(15, 61, 5))
     assert abs(seconds - frames * 5 * 0.02) < 0.05
+    assert {path.name for path in tmp_path.iterdir()} == {"runs", "small.mp4"}
+    full = snowrepro("film", run.parent.name, "--out", "full.mp4", preexec_fn=no_more_than_8_kb)
+    assert full.returncode == 2
+    assert "cannot write full.mp4" in full.stderr
+    assert "Traceback" not in full.stderr
     assert {path.name for path in tmp_path.iterdir()} == {"runs", "small.mp4"}
 
 
