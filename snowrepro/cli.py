@@ -174,7 +174,9 @@ def classify_command(options: argparse.Namespace) -> ExitCode:
         require_writable(options.out)
     settings = _settings(options.overrides)
     with open_run(options.data, options.store) as dataset:
-        asked = options.out or options.release is not None or options.grid_spacing or options.frames == "all"
+        asked = (
+            options.out or options.release is not None or options.grid_spacing is not None or options.frames == "all"
+        )
         if "config" in dataset.attrs and not asked:
             _print_rows(summarise(dataset, with_settings(own_analysis(dataset), settings)))
             return ExitCode.FINE

@@ -103,9 +103,11 @@ class Scene:
 
     @property
     def name(self) -> str:
+        """Snow and floor in words."""
         return f"{self.shape} on {self.floor}"
 
     def verdict(self, claim: str) -> Verdict:
+        """The verdict on a claim by its name."""
         return next(v for v in self.verdicts if v.claim == claim)
 
 

@@ -96,7 +96,7 @@ class Tree:
         whole = [*range(self.count)]  # union-find
         weigh = mass.tolist()
         in_lumps = sum(m for m in weigh if m >= least)
-        values = []
+        values = [in_lumps]
         for one, other in self.edges.tolist():
             while whole[one] != one:
                 whole[one] = one = whole[whole[one]]
@@ -109,8 +109,7 @@ class Tree:
             weigh[one] += weigh[other]
             in_lumps += weigh[one] if weigh[one] >= least else 0.0
             values.append(in_lumps)
-        start = sum(m for m in mass.tolist() if m >= least)
-        return np.concatenate([[0.0], self.weight]), np.array([start, *values]) / mass.sum()
+        return np.concatenate([[0.0], self.weight]), np.array(values) / mass.sum()
 
 
 def grow_tree(pairs: np.ndarray, weight: np.ndarray, count: int) -> Tree:

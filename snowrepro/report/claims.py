@@ -62,7 +62,7 @@ def write_claims(configs: Sequence[Config], overrides: Sequence[str]) -> ClaimsR
     halves = {scene.name: _half(scene, claims.alpha) for scene in scenes}
     judgement = Judgement(evidence, scenes, judge_scenes(claims, scenes), halves)
     shown = {scene.name: half_shown(halves[scene.name], scene) for scene in scenes}
-    draw_response(scenes, halves, shown, folder / "response.png")
+    draw_response(scenes, halves, folder / "response.png", shown)
     write_records(evidence, scenes, judgement.over, halves, shown)
     page = [*_page(judgement), *origin(evidence, "claims", overrides)]
     (folder / "index.md").write_text("\n".join(page).rstrip() + "\n", encoding="utf-8")

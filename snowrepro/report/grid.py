@@ -8,8 +8,9 @@ from matplotlib.figure import Figure
 from ..analysis.claims import Scene, Verdict, judge_scenes
 from ..analysis.classify import classify
 from ..config import Claims, Config
-from .drawing import SINTERED, UNSINTERED, crop, draw_snow, draw_stage, fragment_colours, save
+from .drawing import crop, draw_snow, draw_stage, fragment_colours, save
 from .evidence import Evidence, Findings, judged_scenes, markdown, opened
+from .response import disagreed, draw_response
 
 PANEL = 1.75  # width of a panel [inches]
 
@@ -20,7 +21,7 @@ def report(evidence: Evidence) -> Findings:
     over = judge_scenes(claims, scenes)
     shapes = list(dict.fromkeys(scene.shape for scene in scenes))
     floors = list(dict.fromkeys(scene.floor for scene in scenes))
-    _draw_curves(scenes, shapes, floors, evidence)
+    draw_response(scenes, {}, evidence.folder / "curves.png")
     sheets = _draw_sheets(shapes, floors, evidence)
     verdict = _sentence(over)
     calibrated = evidence.experiment.calibrated_on
@@ -76,14 +77,9 @@ def _by_scene(scenes: Sequence[Scene]) -> pd.DataFrame:
             for pressure, part in arm.groupby("pressure") if len(arm) else ():
                 row[f"{label}, {pressure:g}"] = f"{part['lump_fraction'].mean():.2f}"
         row["unsettled"] = int((~scene.table["settled"]).sum()) if len(scene.table) else 0
-        row["disagrees with"] = _disagreed(scene) or "-"
+        row["disagrees with"] = disagreed(scene) or "-"
         rows.append(row)
     return pd.DataFrame(rows).fillna("missing")
-
-
-def _disagreed(scene: Scene) -> str:
-    """The claims that a scene's means do not bear out."""
-    return " ".join(v.claim for v in scene.verdicts if v.agrees is False)
 
 
 def _cost(evidence: Evidence) -> list[str]:
@@ -94,31 +90,6 @@ def _cost(evidence: Evidence) -> list[str]:
         f"{len(seconds)} runs took {seconds.sum() / 3600:.2f} core-hours in all, the longest {seconds.max():.0f} s.",
         "",
     ]
-
-
-def _draw_curves(scenes: Sequence[Scene], shapes: list[str], floors: list[str], evidence: Evidence) -> None:
-    """Small multiples: a row a shape, a column a floor."""
-    figure = Figure(figsize=(PANEL * len(floors) + 0.6, 1.5 * len(shapes) + 0.5), layout="constrained")
-    grid = figure.subplots(len(shapes), len(floors), squeeze=False, sharex=True, sharey=True)
-    pressures = sorted({c.pressure for c in evidence.configs})
-    for scene in scenes:
-        ax = grid[shapes.index(scene.shape), floors.index(scene.floor)]
-        ax.axhline(0.5, color="0.85", lw=0.8, zorder=0)
-        ax.set(xscale="log", ylim=(-0.05, 1.05))
-        ax.set_xticks(pressures, [f"{pressure:g}" for pressure in pressures])
-        ax.minorticks_off()
-        ax.tick_params(labelsize=7)
-        for name, colour in (("paper", SINTERED), ("none", UNSINTERED)) if len(scene.table) else ():
-            arm = scene.table[scene.table["sintering"] == name].groupby("pressure")["lump_fraction"].mean()
-            ax.plot(arm.index, arm, "o-", color=colour, ms=3, lw=1.2)
-        ax.text(0.04, 0.94, _disagreed(scene), transform=ax.transAxes, va="top", fontsize=7, color="0.3")
-    for floor, ax in zip(floors, grid[0], strict=True):
-        ax.set_title(floor, fontsize=9)
-    for shape, ax in zip(shapes, grid[:, 0], strict=True):
-        ax.set_ylabel(shape, fontsize=9)
-    figure.supxlabel("nominal pressure [unit of E]", fontsize=9)
-    figure.supylabel("mass in lumps [1]", fontsize=9)
-    save(figure, evidence.folder / "curves.png")
 
 
 def _draw_sheets(shapes: list[str], floors: list[str], evidence: Evidence) -> list[str]:

@@ -13,10 +13,10 @@ from scipy.stats import rankdata
 
 from ..analysis import hardness
 from ..config import Config
-from .drawing import save
+from .drawing import SINTERED, UNSINTERED, save
 from .evidence import Evidence, Findings, in_paper_order, markdown, opened
 
-ARMS = {"paper": ("with sintering", "#D55E00", "o"), "none": ("without sintering", "#555555", "s")}
+ARMS = {"paper": ("with sintering", SINTERED, "o"), "none": ("without sintering", UNSINTERED, "s")}
 KEYS = ["sintering", "pressure", "seed"]
 MEASURES = {
     "hardness": "hardness [unit of E]",

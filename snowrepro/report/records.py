@@ -15,6 +15,7 @@ from ..analysis.statistics import Estimate, estimate
 from ..config import Claims
 from ..store import runs
 from ..store.provenance import provenance
+from ..store.runs import published
 from .evidence import Evidence, opened
 
 
@@ -50,10 +51,12 @@ def write_records(
         "provenance": {"judged": provenance(), "runs": _makers(evidence)},
     }
     text = json.dumps(_finite(record), indent=1, allow_nan=False)
-    (evidence.folder / "claims.json").write_text(text + "\n", encoding="utf-8")
+    with published(evidence.folder / "claims.json") as partial:
+        partial.write_text(text + "\n", encoding="utf-8")
     rows = [_row(scene.shape, scene.floor, v) for scene in scenes for v in scene.verdicts]
     frame = pd.DataFrame([*(_row("", "", v) for v in over), *rows])
-    frame.to_csv(evidence.folder / "claims.csv", index=False, float_format="%.6g", lineterminator="\n")
+    with published(evidence.folder / "claims.csv") as partial:
+        frame.to_csv(partial, index=False, float_format="%.6g", lineterminator="\n")
 
 
 def digest(content: dict) -> str:

@@ -17,8 +17,13 @@ LABELS = dict(zip(ARMS, ("with sintering", "without"), strict=True))
 SEEDS = "seeds show numerical repeatability, not physical replication"
 
 
-def draw_response(scenes: Sequence[Scene], halves: dict[str, Crossing], shown: dict[str, str], path: Path) -> None:
-    """A panel a scene: a row a shape, a column a floor.  ``shown``: P50 in words, for a scene alone."""
+def draw_response(
+    scenes: Sequence[Scene], halves: dict[str, Crossing], path: Path, shown: dict[str, str] | None = None
+) -> None:
+    """A panel a scene: a row a shape, a column a floor; of several, each with the claims that its means disagree with.
+
+    ``halves``: P50 by scene, where it is to be marked, and ``shown``: the same in words, for a scene alone.
+    """
     shapes, floors = (list(dict.fromkeys(getattr(s, part) for s in scenes)) for part in ("shape", "floor"))
     alone = len(scenes) == 1
     size = (6.4, 4.4) if alone else (1.75 * len(floors) + 0.8, 1.5 * len(shapes) + 1.1)
@@ -30,7 +35,9 @@ def draw_response(scenes: Sequence[Scene], halves: dict[str, Crossing], shown: d
     for scene in scenes:
         ax = grid[shapes.index(scene.shape), floors.index(scene.floor)]
         ax.set_visible(True)
-        _draw_panel(ax, scene, halves[scene.name], shown[scene.name] if alone else "")
+        _draw_panel(ax, scene, halves.get(scene.name, Crossing()), shown[scene.name] if alone and shown else "")
+        if not alone:
+            ax.text(0.04, 0.94, disagreed(scene), transform=ax.transAxes, va="top", fontsize=7, color="0.3")
         ax.set_title(scene.name, fontsize=10 if alone else 8)
         ax.set(xscale="log", ylim=(-0.04, 1.04))
         ax.margins(x=0.09)
@@ -46,6 +53,11 @@ def draw_response(scenes: Sequence[Scene], halves: dict[str, Crossing], shown: d
             handles.values(), handles, loc="outside upper center", ncols=len(handles), frameon=False, fontsize=8
         )
     save(figure, path)
+
+
+def disagreed(scene: Scene) -> str:
+    """The claims that a scene's means do not bear out."""
+    return " ".join(v.claim for v in scene.verdicts if v.agrees is False)
 
 
 def _draw_panel(ax: Axes, scene: Scene, half: Crossing, shown: str) -> None:

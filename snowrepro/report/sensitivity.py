@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..analysis import claims
+from ..analysis.calibration import HALF
 from ..analysis.sensitivity import CHOICES, scan, tree_curve
 from ..config import Config
 from .broken import colours_of
@@ -16,7 +17,6 @@ from .drawing import save
 from .evidence import Evidence, markdown
 
 KEPT, LOST, USUAL = "#0072B2", "#bbbbbb", "#D55E00"
-HALF = 0.5  # of the mass: from here on more lumps than powder
 NAMES = {
     "definition": "definition",
     "break_by": "bonds break by",
