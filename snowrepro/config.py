@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
+MODEL_VERSION = 3  # goes up when the same config gives another result, or a result that holds more
 Point = tuple[float, float]
 Corner = Annotated[tuple[float, ...], Field(min_length=2, max_length=3)]
 APPROACH_SPACINGS = 2.0  # the reach of the cubic spline
@@ -352,6 +353,9 @@ class Config(Section):
     deterministic: bool = Field(description="refuse what does not repeat its bits")
     checkpoint_seconds: float = Field(ge=0, description="wall time between two checkpoints of a run [s]")
     store: str = Field(min_length=1, description="folder that keeps the runs")
+    rerun: tuple[Literal["config", "code", "environment"], ...] = Field(
+        (), description="run again what is done, if one of these changed since"
+    )
     reports: str = Field(min_length=1, description="folder that reports are written to")
     experiment: Experiment | None = None
     indenter: Indenter | None = None

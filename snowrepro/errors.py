@@ -36,6 +36,16 @@ class DataError(SnowreproError, ValueError):
     exit_code = ExitCode.USAGE
 
 
+class LeaseLost(StoreError):
+    """Another process took over a run that this one seemed to have given up."""
+
+    exit_code = ExitCode.RUNS_FAILED
+
+
+class FailedBefore(SnowreproError):
+    """A run that failed, and would fail likewise if it were tried again."""
+
+
 class Diverged(SnowreproError):
     """The simulation stopped being one: it says cause, particle, frame and time; ``frame`` is the one it failed in."""
 

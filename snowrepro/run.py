@@ -12,10 +12,13 @@ from omegaconf import DictConfig
 from .analysis.summary import row_of
 from .composition import validate
 from .config import Config
-from .errors import Diverged, SnowreproError, StoreError
+from .errors import Diverged, FailedBefore, LeaseLost, StoreError
 from .mpm import diagnostics
 from .simulation import Progress, simulate
-from .store import runs
+from .store import lease, runs, states
+from .store.files import require_writable
+from .store.lease import Lease
+from .store.provenance import peak_memory_mb
 
 log = logging.getLogger("snowrepro")
 PROGRESS_SECONDS = 0.5
@@ -25,37 +28,67 @@ MOST_KEEPING = 20.0  # a checkpoint waits this many times what the last one took
 def run(config: Config, on_progress: Callable[[Progress], None] | None = None) -> Path:
     """Make sure that the run's result is in the store, and return its path.
 
-    A run that was stopped goes on from its last checkpoint, to the same bits as if it had not been.
-    Raises the errors of ``simulate``, recorded in the run's folder, and StoreError.
+    Waits for another process that works on the same run.  A run that was stopped goes on from its last
+    checkpoint, to the same bits as if it had not been.  Raises the errors of ``simulate``, recorded in the
+    store; FailedBefore where trying again would end likewise; StoreError.
     """
     path = runs.result_path(config)
-    if runs.is_done(config):
+    if runs.is_current(config):
         return path
-    runs.require_writable(runs.run_dir(config))
-    with _log_to(runs.run_dir(config) / "run.log"):
+    work = runs.work_dir(config)
+    require_writable(work)
+    if other := lease.holder(work):
+        log.info("waits for %s, which works on this run", other)
+    with lease.held(work) as held:
+        runs.adopt(config)
+        if not runs.is_current(config):
+            _attempt(config, on_progress, held)
+        with suppress(OSError):  # what is left is a scrap
+            runs.discard(work)
+    row_of(config)
+    return path
+
+
+def _attempt(config: Config, on_progress: Callable[[Progress], None] | None, held: Lease) -> None:
+    """Simulate and publish, or record why not."""
+    before = runs.outcome(config)
+    if runs.has_failed_for_good(before):
+        raise FailedBefore(f"{before['message']} (as found before; 'snowrepro retry' tries again)")
+    with _log_to(runs.work_dir(config) / runs.LOG):
+        runs.save_config(config)
         resume = runs.checkpoint(config)
         start = f", goes on from frame {int(resume['frame'])}" if resume else ""
         log.info("run %s%s", runs.identify(config), start)
-        watch = Watch(config, on_progress, float(resume["seconds"]) if resume else 0.0)
+        watch = Watch(config, on_progress, held, float(resume["seconds"]) if resume else 0.0)
         try:
             dataset = simulate(config, watch, resume)
-            path = runs.save(dataset, config, wall_seconds=watch.seconds(), seconds_per_frame=watch.per_frame())
-        except SnowreproError as error:
-            if isinstance(error, Diverged):
-                error = _with_last_good_state(error, config)
-            log.error("%s", error)
-            with suppress(StoreError):  # a full disk must not hide the first error
-                runs.save_failure(config, str(error))
+            for line in diagnostics.bounded(dataset):
+                log.info("%s", line)
+            particles, substeps = dataset.sizes["particle"], int(dataset["substeps"].sum())
+            log.info("%s particles, %s substeps, %.1f s", f"{particles:,}", f"{substeps:,}", watch.seconds())
+            facts = {"peak_memory_mb": peak_memory_mb()}
+            runs.save(dataset, config, facts, wall_seconds=watch.seconds(), seconds_per_frame=watch.per_frame())
+        except KeyboardInterrupt:
+            _record(config, states.INTERRUPTED, f"stopped in frame {watch.frame + 1}")
+            raise
+        except Diverged as error:
+            error = _with_last_good_state(error, config)
+            _record(config, states.FAILED, str(error), final=True)
             raise error from None
+        except LeaseLost:
+            raise
+        except Exception as error:
+            _record(config, states.FAILED, str(error) or type(error).__name__)
+            raise
         finally:
             runs.forget_progress(config)
-        runs.forget_checkpoint(config)
-        for line in diagnostics.bounded(dataset):
-            log.info("%s", line)
-        particles, substeps = dataset.sizes["particle"], int(dataset["substeps"].sum())
-        log.info("%s particles, %s substeps, %.1f s", f"{particles:,}", f"{substeps:,}", watch.seconds())
-    row_of(config)
-    return path
+
+
+def _record(config: Config, state: str, message: str, final: bool = False) -> None:
+    """Say in log and store how an attempt ended."""
+    log.log(logging.INFO if state == states.INTERRUPTED else logging.ERROR, "%s: %s", state, message)
+    with suppress(StoreError):  # a full disk must not hide the first error
+        runs.save_outcome(config, state, message, final)
 
 
 def _with_last_good_state(error: Diverged, config: Config) -> Diverged:
@@ -76,7 +109,7 @@ def _with_last_good_state(error: Diverged, config: Config) -> Diverged:
         kept = runs.checkpoint(config)
     if kept is None:
         return error
-    where = runs.run_dir(config) / runs.CHECKPOINT
+    where = runs.work_dir(config) / runs.CHECKPOINT
     return Diverged(f"{error}; last good state: frame {int(kept['frame'])}, in {where}", error.frame)
 
 
@@ -86,10 +119,16 @@ def run_raw(raw: DictConfig) -> str:
 
 
 class Watch:
-    """Called after each frame: takes the time, says how far the run is, and keeps checkpoints."""
+    """Called after each frame: takes the time, says how far the run is, and keeps checkpoints.
 
-    def __init__(self, config: Config, on_progress: Callable[[Progress], None] | None, spent: float):
-        self.config, self.on_progress = config, on_progress
+    Where the disk is full it says so once and goes on: there may be room again when the result is there.
+    Raises LeaseLost.
+    """
+
+    def __init__(self, config: Config, on_progress: Callable[[Progress], None] | None, held: Lease, spent: float):
+        self.config, self.on_progress, self.held = config, on_progress, held
+        self.frame = 0
+        self.warned = False
         self.started = time.perf_counter() - spent
         self.frames: list[float] = []  # when each was there
         self.told = self.kept = time.perf_counter()
@@ -98,16 +137,31 @@ class Watch:
     def __call__(self, progress: Progress) -> None:
         now = time.perf_counter()
         self.frames.append(now)
+        self.frame = progress.frame
         if self.on_progress:
             self.on_progress(progress)
         if now - self.told > PROGRESS_SECONDS:
             self.told = now
-            runs.save_progress(self.config, progress.frame, progress.frames, progress.substeps)
+            if self.held.lost:
+                raise LeaseLost(f"another process took over {runs.identify(self.config)}")
+            with self._warning():
+                runs.save_progress(self.config, progress.frame, progress.frames, progress.substeps)
         if now - self.kept > max(self.config.checkpoint_seconds, MOST_KEEPING * self.keeping):
             arrays = progress.checkpoint()
-            runs.save_checkpoint(self.config, {**arrays, "seconds": np.array(self.seconds())})
+            with self._warning():
+                runs.save_checkpoint(self.config, {**arrays, "seconds": np.array(self.seconds())})
             self.kept = time.perf_counter()
             self.keeping = self.kept - now
+
+    @contextmanager
+    def _warning(self) -> Iterator[None]:
+        """What cannot be written is no reason to stop."""
+        try:
+            yield
+        except StoreError as error:
+            if not self.warned:
+                log.warning("%s; goes on without", error)
+            self.warned = True
 
     def seconds(self) -> float:
         """Wall time of the run so far, in all processes that had a part in it."""

@@ -8,12 +8,10 @@ import numpy as np
 import xarray as xr
 
 from . import units
-from .config import Config
+from .config import MODEL_VERSION, Config
 from .mpm import diagnostics, solver
 from .mpm.state import PARTICLE_STATE
 from .scene.build import build_scene
-
-MODEL_VERSION = 3  # goes up when the same config gives another result, or a result that holds more
 
 
 @dataclass

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from ..config import Analysis
 from ..errors import ConfigError, DataError
-from ..store.runs import published
+from ..store.files import published
 from .bonds import BondHistory, Bonds, Extremes, lay_bonds
 from .definitions import DEFINITIONS
 from .fragments import Fragments, fragments_of, table_of, with_ancestry

@@ -1,5 +1,6 @@
 """What is found in one run, kept beside it: one row of numbers, and what its bonds saw."""
 
+import functools
 import hashlib
 import json
 from collections.abc import Sequence
@@ -145,6 +146,7 @@ def of_runs(configs: Sequence[Config]) -> pd.DataFrame:
     return pd.DataFrame([row_of(config) for config in sorted(configs, key=place)])
 
 
+@functools.cache
 def _key(analysis: Analysis) -> str:
     """What a row depends on beside the run: the settings, and the code that makes it."""
     digest = hashlib.sha256(analysis.model_dump_json().encode())

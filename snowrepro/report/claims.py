@@ -10,7 +10,8 @@ import pandas as pd
 from ..analysis.calibration import BELOW, BEYOND, Crossing, half_pressure
 from ..analysis.claims import INCONCLUSIVE, Scene, Verdict, arm_of, interval, judge_scenes
 from ..config import Config
-from ..store import runs
+from ..store.files import require_writable
+from ..store.states import standing
 from .evidence import Evidence, gathered, judged_scenes, markdown, name_of, origin
 from .page import report_folder
 from .records import write_records
@@ -56,7 +57,7 @@ class ClaimsReport:
 def write_claims(configs: Sequence[Config], overrides: Sequence[str]) -> ClaimsReport:
     """Judge the claims by the runs in the store and write it down; runs that are missing are not stood in for."""
     folder = report_folder(configs[0], configs[0].experiment) / "claims"
-    runs.require_writable(folder)
+    require_writable(folder)
     evidence, claims = gathered(configs, folder), configs[0].claims
     scenes = judged_scenes(evidence)
     halves = {scene.name: _half(scene, claims.alpha) for scene in scenes}
@@ -179,7 +180,7 @@ def _page(judgement: Judgement) -> list[str]:
         "",
     ]
     missing = [config for config in evidence.configs if not evidence.is_done(config)]
-    lines += [f"- **missing**: {name_of(c)}: {runs.failure(c) or 'not run'}" for c in missing]
+    lines += [f"- **missing**: {name_of(c)}: {standing(c).reason}" for c in missing]
     return [*lines, ""] if missing else lines
 
 

@@ -14,7 +14,7 @@ from rich.progress import track
 from ..analysis.classify import Classified, classify
 from ..config import Config
 from ..errors import ConfigError
-from ..store.runs import published
+from ..store.files import published
 from .drawing import SNOW, crop, draw_snow, draw_stage, fragment_colours
 
 PANEL = 4.0  # width [inches]

@@ -8,7 +8,8 @@ import pandas as pd
 
 from ..config import Config, Experiment
 from ..mpm.diagnostics import bounded
-from ..store import runs
+from ..store.files import require_writable
+from ..store.states import standing
 from . import calibration, convergence, energy, grid, hardness, scenes, strip, tables
 from .evidence import Evidence, gathered, in_paper_order, markdown, name_of, opened, origin
 
@@ -65,7 +66,7 @@ def write_report(configs: Sequence[Config], overrides: Sequence[str]) -> Report:
     experiment = configs[0].experiment
     assert experiment is not None, "only an experiment has a report"
     folder = report_folder(configs[0], experiment)
-    runs.require_writable(folder)
+    require_writable(folder)
     evidence = gathered(configs, folder)
     findings = PICTURES[experiment.picture](evidence)
     page = [f"# {experiment.title}", "", *findings.lines, ""]
@@ -103,7 +104,7 @@ def _runs(evidence: Evidence) -> list[str]:
         ]
     for config in evidence.configs:
         if not evidence.is_done(config):
-            lines += [f"- **missing**: {name_of(config)}: {runs.failure(config) or 'not run'}", ""]
+            lines += [f"- **missing**: {name_of(config)}: {standing(config).reason}", ""]
     return lines
 
 

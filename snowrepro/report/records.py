@@ -14,8 +14,8 @@ from ..analysis.claims import ARMS, Scene, Verdict, arm_of
 from ..analysis.statistics import Estimate, estimate
 from ..config import Claims
 from ..store import runs
+from ..store.files import published
 from ..store.provenance import provenance
-from ..store.runs import published
 from .evidence import Evidence, opened
 
 

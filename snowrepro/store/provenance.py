@@ -1,12 +1,16 @@
 """Where a result comes from: versions, git state, machine."""
 
+import functools
 import platform
+import re
+import resource
 import subprocess
 from datetime import datetime, timezone
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 PACKAGES = ("snowrepro", "taichi", "numpy", "scipy", "xarray", "netCDF4", "hydra-core")
+NUMERICAL = ("taichi", "numpy", "scipy", "shapely")  # those that compute
 # What of a clone a result depends on: reports and documents may change.
 SOURCES = ("snowrepro", "hydra_plugins", "conf", "experiments", "pyproject.toml", "requirements.lock")
 
@@ -21,10 +25,28 @@ def provenance() -> dict[str, str]:
     }
 
 
+@functools.cache
+def environment() -> dict[str, str]:
+    """What beside the configuration and the code could change a result's bits."""
+    packages = {name: _version(name) for name in NUMERICAL}
+    machine = {"system": platform.system(), "architecture": platform.machine(), "processor": _cpu()}
+    return {"python": platform.python_version(), **packages, **machine}
+
+
+@functools.cache
 def versions() -> str:
     """Of Python and of the packages that a result depends on."""
     packages = ", ".join(f"{name} {_version(name)}" for name in PACKAGES)
     return f"python {platform.python_version()}, {packages}"
+
+
+def peak_memory_mb() -> int:
+    """Most memory that this process has used [MB]."""
+    try:  # getrusage counts what the parent used before it started this process
+        status = Path("/proc/self/status").read_text()
+        return round(int(re.search(r"VmHWM:\s*(\d+)", status)[1]) * 1024 / 1e6)
+    except (OSError, TypeError):
+        return round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6)  # macOS: in bytes
 
 
 def _version(package: str) -> str:

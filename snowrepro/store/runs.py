@@ -1,41 +1,61 @@
-"""One folder a run: ``run.nc`` once it is done, ``failed.json`` if it failed.
+"""Runs on disk.  A finished one is a folder ``<id>`` of the store, published whole by one rename:
 
-Beside a result are kept its row of numbers, ``summary.json``, and what its bonds saw, ``analysis.nc``.
-Meanwhile ``progress.json`` says how far it is, and ``checkpoint.npz`` holds what it takes to go on.
+``run.nc``, ``run.log`` and ``manifest.json`` (see ``manifest``).  Beside them is kept what was derived: its row of
+numbers, ``summary.json``, and what its bonds saw, ``analysis.nc``.
+
+An unfinished one is a folder ``.work/<id>``: who works on it (see ``lease``), ``progress.json``, ``run.log``,
+``checkpoint.npz`` with what it takes to go on, and ``outcome.json`` with how the last attempt ended.
 """
 
 import json
 import os
 import shutil
-import tempfile
+import uuid
 import zipfile
 import zlib
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from ..config import Config
+from ..config import MODEL_VERSION, Config
 from ..errors import StoreError
-from ..simulation import MODEL_VERSION
-from .identity import run_id
-from .provenance import provenance, versions
+from . import lease, manifest
+from .cost import kind_of
+from .files import flush, published, read_json, write_json, writing
+from .identity import identify
+from .provenance import provenance
 
 RESULT = "run.nc"
+LOG = "run.log"
 CHECKPOINT = "checkpoint.npz"
+SUMMARY = "summary.json"
 ANALYSIS = "analysis.nc"
+NOT_IN_MANIFEST = {"claims", "experiment", "reports", "rerun", "store"}  # of whoever asked, not of the result
+CONFIG = "config.json"
+OUTCOME = "outcome.json"
+PROGRESS = "progress.json"
+WORK = ".work"
+TRASH = ".trash"
 
 
-def identify(config: Config) -> str:
-    """The run's id under this version of the model."""
-    return run_id(config, MODEL_VERSION)
+def plain(config: Config) -> dict[str, Any]:
+    """A run's configuration as the store writes it down."""
+    return config.model_dump(mode="json", exclude=NOT_IN_MANIFEST)
 
 
 def run_dir(config: Config) -> Path:
-    """The run's folder."""
+    """The folder of the run's result."""
     return Path(config.store) / identify(config)
+
+
+def work_dir(config: Config) -> Path:
+    """The folder in which the run is worked on."""
+    return Path(config.store) / WORK / identify(config)
 
 
 def result_path(config: Config) -> Path:
@@ -44,15 +64,17 @@ def result_path(config: Config) -> Path:
 
 
 def is_done(config: Config) -> bool:
-    """Whether a whole result is there: it opens and is the one that its folder promises."""
-    path = result_path(config)
-    if not path.exists():
+    """Whether a whole result is there: it is what its manifest says."""
+    folder = run_dir(config)
+    return folder.is_dir() and manifest.flaw(folder, manifest.read(folder), identify(config)) is None
+
+
+def is_current(config: Config) -> bool:
+    """Whether a whole result is there and not stale by what ``config.rerun`` selects."""
+    if not is_done(config):
         return False
-    try:
-        with xr.open_dataset(path) as dataset:
-            return dataset.attrs.get("run_id") == identify(config)
-    except (OSError, ValueError):
-        return False
+    found = manifest.stale(manifest.read(run_dir(config)), config) if config.rerun else {}
+    return not any(kind in found for kind in config.rerun)
 
 
 def open_run(id_or_path: str | Path, store: str | Path = "runs") -> xr.Dataset:
@@ -67,45 +89,112 @@ def open_run(id_or_path: str | Path, store: str | Path = "runs") -> xr.Dataset:
     raise StoreError(f"there is no run '{id_or_path}': neither a file nor an id in the folder '{store}'")
 
 
-def save(dataset: xr.Dataset, config: Config, **seconds: float) -> Path:
-    """Write a run's result, whole or not at all, and forget an earlier failure.
+def save(dataset: xr.Dataset, config: Config, facts: Mapping[str, Any] | None = None, **seconds: float) -> Path:
+    """Publish a run's result, whole or not at all, and forget its work.
 
-    ``seconds``: what it took, by name, kept as attributes.
+    ``seconds``: what it took, by name, kept as attributes; ``facts``: what else the manifest says.
     """
-    path = result_path(config)
+    work = work_dir(config)
+    folder = work / f"result.{uuid.uuid4().hex[:8]}"
     rounded = {name: float(f"{value:.4g}") for name, value in seconds.items()}
-    dataset = dataset.assign_attrs(run_id=identify(config), seed=config.seed, **rounded, **provenance())
+    origin = provenance()
+    dataset = dataset.assign_attrs(run_id=identify(config), seed=config.seed, **rounded, **origin)
     packed = {"zlib": True, "complevel": 1, "shuffle": True}
     encoding = {name: packed for name in dataset.data_vars if "snapshot" in dataset[name].dims}
-    with published(path) as partial:
-        dataset.to_netcdf(partial, engine="netcdf4", encoding=encoding)
-    (path.parent / "failed.json").unlink(missing_ok=True)
-    return path
+    try:
+        with writing(run_dir(config) / RESULT):
+            folder.mkdir(parents=True)
+            dataset.to_netcdf(folder / RESULT, engine="netcdf4", encoding=encoding)
+            flush(folder / RESULT)
+            if (work / LOG).exists():
+                shutil.copyfile(work / LOG, folder / LOG)
+            content = {"run_id": identify(config), "model_version": MODEL_VERSION, **origin, **rounded, **(facts or {})}
+            content["kind"] = asdict(kind_of(config))
+            content["config"] = plain(config)
+            manifest.write(folder, [name for name in (RESULT, LOG) if (folder / name).exists()], content)
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+    publish(folder, run_dir(config))
+    with suppress(OSError):  # not empty where a lease is held
+        work.rmdir()
+    return result_path(config)
 
 
-def save_failure(config: Config, message: str) -> None:
-    """Record why a run has no result."""
-    with published(run_dir(config) / "failed.json") as partial:
-        partial.write_text(json.dumps({"message": message, **provenance()}, indent=1))
+def publish(folder: Path, place: Path) -> None:
+    """Move a whole folder to its place by one rename; what was there before goes to the trash first."""
+    with writing(place):
+        flush(folder)
+        if place.exists():
+            discard(place)
+        os.rename(folder, place)
+        flush(place.parent)
 
 
-def failure(config: Config) -> str | None:
-    """Why the last attempt at a run failed; None if it did not."""
-    return _read_json(run_dir(config) / "failed.json").get("message")
+def adopt(config: Config) -> bool:
+    """Publish the whole result of a process that died just before it could; whether there was one."""
+    for folder in work_dir(config).glob("result.*"):
+        if manifest.flaw(folder, manifest.read(folder), identify(config), thorough=True) is None:
+            publish(folder, run_dir(config))
+            return True
+        shutil.rmtree(folder, ignore_errors=True)
+    return False
+
+
+def discard(folder: Path) -> None:
+    """Take a folder out of the store, by one rename; its files are then removed."""
+    store = folder.parent.parent if folder.parent.name == WORK else folder.parent
+    trash = store / TRASH / f"{folder.name}.{uuid.uuid4().hex[:8]}"
+    trash.parent.mkdir(exist_ok=True)
+    os.rename(folder, trash)
+    shutil.rmtree(trash, ignore_errors=True)
+
+
+def save_outcome(config: Config, state: str, message: str, final: bool = False) -> None:
+    """Record how an attempt at a run ended without a result.
+
+    ``state``: failed, timed out or interrupted; ``final``: another attempt with this code would end likewise.
+    """
+    said = {"state": state, "message": message, "final": final}
+    write_json(work_dir(config) / OUTCOME, {**said, "made_by": manifest.code_digest(), **provenance()})
+
+
+def record_loss(config: Config, state: str, message: str) -> None:
+    """Record how an attempt ended that could not say so itself, as its process was killed."""
+    held = lease.take(work_dir(config))
+    if held:  # else somebody else goes on with the run
+        with suppress(StoreError):  # a full disk: the run counts as interrupted
+            save_outcome(config, state, message)
+        held.release()
+
+
+def outcome(config: Config) -> dict[str, Any]:
+    """What ``save_outcome`` recorded last; empty if nothing."""
+    return read_json(work_dir(config) / OUTCOME)
+
+
+def forget_outcome(config: Config) -> None:
+    """Let the run be tried again."""
+    (work_dir(config) / OUTCOME).unlink(missing_ok=True)
+
+
+def has_failed_for_good(said: Mapping[str, Any]) -> bool:
+    """Whether an outcome is one that this code and these versions would come to again."""
+    return bool(said.get("final")) and said.get("made_by") == manifest.code_digest()
 
 
 def save_summary(config: Config, key: str, row: dict) -> None:
     """Keep a run's summary row beside its result, under the key of the analysis that made it."""
-    with published(run_dir(config) / "summary.json", durable=False) as partial:
+    with published(run_dir(config) / SUMMARY, durable=False) as partial:
         partial.write_text(json.dumps({"key": key, "row": row}))
 
 
 def summary(config: Config, key: str) -> dict | None:
     """The summary row that was kept under ``key`` for this result; None if there is none."""
-    kept = run_dir(config) / "summary.json"
+    kept = run_dir(config) / SUMMARY
     if not _is_newer(kept, result_path(config)):
         return None
-    read = _read_json(kept)
+    read = read_json(kept)
     return read.get("row") if read.get("key") == key else None
 
 
@@ -131,77 +220,41 @@ def analysis(config: Config, key: str) -> xr.Dataset | None:
 
 def save_progress(config: Config, frame: int, frames: int, substeps: int) -> None:
     """Say how far a run is, for whoever watches."""
-    with published(run_dir(config) / "progress.json", durable=False) as partial:
+    with published(work_dir(config) / PROGRESS, durable=False) as partial:
         partial.write_text(json.dumps({"frame": frame, "frames": frames, "substeps": substeps}))
 
 
-def progress(folder: Path) -> dict[str, int]:
-    """What ``save_progress`` last said; empty if nothing."""
-    return _read_json(folder / "progress.json")
+def progress(work: Path) -> dict[str, int]:
+    """What ``save_progress`` last said in a work folder; empty if nothing."""
+    return read_json(work / PROGRESS)
 
 
 def save_checkpoint(config: Config, arrays: Mapping[str, np.ndarray]) -> None:
     """Keep what it takes to go on with a run; it replaces the one before."""
-    with published(run_dir(config) / CHECKPOINT, durable=False) as partial, open(partial, "wb") as file:
-        np.savez(file, versions=np.array(versions()), **arrays)
+    with published(work_dir(config) / CHECKPOINT, durable=False) as partial, open(partial, "wb") as file:
+        np.savez(file, made_by=np.array(manifest.code_digest()), **arrays)
 
 
 def checkpoint(config: Config) -> dict[str, np.ndarray] | None:
-    """What ``save_checkpoint`` kept; None if there is none, it is broken, or it was made with other versions."""
+    """What ``save_checkpoint`` kept; None if there is none, it is broken, or other code or versions made it."""
     try:
-        with np.load(run_dir(config) / CHECKPOINT, allow_pickle=False) as saved:
+        with np.load(work_dir(config) / CHECKPOINT, allow_pickle=False) as saved:
             arrays = {name: saved[name] for name in saved.files}
     except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error):
         return None
-    return arrays if str(arrays.pop("versions", "")) == versions() else None
+    return arrays if str(arrays.pop("made_by", "")) == manifest.code_digest() else None
 
 
-def forget_checkpoint(config: Config) -> None:
-    """The run has its result, or has none to come."""
-    (run_dir(config) / CHECKPOINT).unlink(missing_ok=True)
+def save_config(config: Config) -> None:
+    """Say what is worked on in a work folder."""
+    write_json(work_dir(config) / CONFIG, plain(config), durable=False)
 
 
 def forget_progress(config: Config) -> None:
     """The run is no longer under way."""
-    (run_dir(config) / "progress.json").unlink(missing_ok=True)
-
-
-def require_writable(folder: str | Path) -> None:
-    """Make a folder and check that files can be made in it.  Raises StoreError if not."""
-    try:
-        Path(folder).mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError as error:
-        raise StoreError(f"cannot write into the folder '{folder}': {error.strerror or error}") from error
+    (work_dir(config) / PROGRESS).unlink(missing_ok=True)
 
 
 def _is_newer(path: Path, result: Path) -> bool:
     """Whether what was derived from a result is there and not older than it."""
     return path.exists() and path.stat().st_mtime_ns >= result.stat().st_mtime_ns
-
-
-def _read_json(path: Path) -> dict:
-    try:
-        return json.loads(path.read_text())
-    except (OSError, ValueError):
-        return {}
-
-
-@contextmanager
-def published(path: Path, durable: bool = True) -> Iterator[Path]:
-    """A scratch file that becomes ``path`` in one rename if the block ends well, and vanishes if not."""
-    partial = path.with_name(f"{path.name}.{os.getpid()}.part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        yield partial
-        if durable:
-            with open(partial, "rb") as file:
-                os.fsync(file.fileno())
-        os.replace(partial, path)
-    except (OSError, RuntimeError) as error:  # netCDF4 raises RuntimeError on a full disk
-        free = shutil.disk_usage(path.parent).free if path.parent.exists() else 0
-        reason = f"{getattr(error, 'strerror', None) or error} ({free / 1e6:.0f} MB free on its disk)"
-        raise StoreError(f"cannot write {path}: {reason}") from error
-    finally:
-        partial.unlink(missing_ok=True)

@@ -1,13 +1,19 @@
 """Identity and files: the same run has one id, and a result is whole or absent."""
 
+import functools
+import gc
+import json
+
 import numpy as np
 import pytest
 import xarray as xr
 
 from snowrepro import open_run, summarise
 from snowrepro.composition import compose
+from snowrepro.config import Config
 from snowrepro.errors import StoreError
-from snowrepro.store import runs
+from snowrepro.store import identity, runs
+from snowrepro.store.identity import NOT_PHYSICS, canonical, run_id
 
 
 def test_any_spelling_gives_the_same_id():
@@ -28,6 +34,63 @@ def test_any_physics_gives_another_id(change):
     assert runs.identify(compose([change])) != runs.identify(compose([]))
 
 
+@pytest.mark.parametrize(
+    ("overrides", "name"),
+    [
+        ([], "ball-L-2000-paper-paper-0-a6caca0e7a"),
+        (["pressure=530", "seed=3"], "ball-L-530-paper-paper-3-225a3a6d41"),
+        (["shape=star", "floor=stair3", "sintering=none", "pressure=3300"], "star-stair3-3300-none-paper-0-a24ed84f35"),
+        (["reading=si"], "ball-L-2000-paper-paper-0-ca759cc660"),
+        (["indenter=disc"], "ball-L-2000-paper-paper-0-disc-60552be0e5"),
+        (["indenter=disc", "loading.frames=400", "indenter.speed=0.5"], "ball-L-2000-paper-paper-0-disc-ea6e5b55a1"),
+        (["solver=pic_flip", "fidelity=preview"], "ball-L-2000-paper-preview-0-e8584ac570"),
+        (["solver=cuda", "threads=4"], "ball-L-2000-paper-paper-0-9235b5156c"),
+        (["material.E=1e5", "sintering.C3=-0.0"], "ball-L-2000-paper-paper-0-bbd0275c43"),
+        (["sintering.C3=0.0", "material.E=1e5"], "ball-L-2000-paper-paper-0-59143979e6"),
+        (["experiment=hardness", "indenter=disc", "pressure=1e-7"], "ball-L-1e-07-paper-paper-0-disc-c7244c2a4b"),
+    ],
+)
+def test_ids_stay(overrides, name):
+    """A store is searched by them for years.  Where MODEL_VERSION goes up, they are others."""
+    config = compose(overrides)
+    assert run_id(config, 3) == name
+    physics = config.model_dump(mode="json", exclude=NOT_PHYSICS)
+    if config.indenter:
+        del physics["loading"]["frames"]
+    whole = json.dumps({"model_version": 3, **physics}, sort_keys=True, separators=(",", ":"))
+    assert canonical(config, 3) == whole
+
+
+def test_ids_remember_no_section_that_is_gone():
+    """Their texts are kept by address, which another section may have later."""
+    names = set()
+    for value in range(200):
+        config = compose_of(gravity=float(value))
+        names.add(runs.identify(config))
+        del config
+    assert len(names) == 200
+    default = compose([])
+    runs.identify(default)  # so that the last one asked for is another
+    gc.collect()
+    kept = len(identity._texts)
+    config = compose_of(gravity=1000.0)
+    runs.identify(config)
+    assert len(identity._texts) > kept
+    del config
+    runs.identify(default)
+    gc.collect()
+    assert len(identity._texts) == kept
+
+
+def compose_of(gravity: float) -> Config:
+    """A run in which no section but the reading is new, composed once."""
+    base = _base()
+    return base.model_copy(update={"reading": base.reading.model_copy(update={"gravity": gravity})})
+
+
+_base = functools.cache(compose)
+
+
 def test_experiments_share_runs():
     """A run of an experiment is the same run when asked for by hand."""
     named = compose(["experiment=fig5", "pressure=510", "sintering=none"])
@@ -38,7 +101,7 @@ def test_what_is_saved_is_what_is_opened(small_run, small_config, tmp_path):
     """Every variable with its unit, by id, folder and file; the row of numbers is the same."""
     config = small_config.model_copy(update={"store": str(tmp_path)})
     path = runs.save(small_run, config, wall_seconds=1.5)
-    assert [p.name for p in path.parent.iterdir()] == ["run.nc"]
+    assert {p.name for p in path.parent.iterdir()} == {"run.nc", "manifest.json"}
     assert runs.is_done(config)
     for name in (runs.identify(config), path.parent, path):
         with open_run(name, tmp_path) as opened:
@@ -89,7 +152,8 @@ def test_a_failing_write_leaves_nothing(small_run, small_config, tmp_path, monke
     config = small_config.model_copy(update={"store": str(tmp_path)})
     with pytest.raises(StoreError, match="cannot write"):
         runs.save(small_run, config, wall_seconds=1.0)
-    assert list(runs.run_dir(config).iterdir()) == []
+    assert not [path for path in tmp_path.rglob("*") if path.is_file()]
+    assert not runs.run_dir(config).exists()
     assert not runs.is_done(config)
 
 

@@ -65,14 +65,16 @@ def test_twenty_kills(tmp_path):
     (result,) = tmp_path.glob("runs/*/run.nc")
     log = (result.parent / "run.log").read_text()
     assert log.count("goes on from frame") >= 15
-    assert sorted(p.name for p in result.parent.iterdir()) == ["analysis.nc", "run.log", "run.nc", "summary.json"]
+    assert sorted(p.name for p in result.parent.iterdir()) == [
+        "analysis.nc", "manifest.json", "run.log", "run.nc", "summary.json",
+    ]  # fmt: skip
     with xr.open_dataset(result) as resumed:
         assert_same_bits(resumed.load(), simulate(compose(LONG)))
 
 
 def newest(folder: Path) -> int:
     """When the checkpoint was written last; 0 if there is none."""
-    return max((path.stat().st_mtime_ns for path in folder.glob("runs/*/checkpoint.npz")), default=0)
+    return max((path.stat().st_mtime_ns for path in folder.glob("runs/.work/*/checkpoint.npz")), default=0)
 
 
 def test_a_broken_or_foreign_checkpoint_is_not_used(tmp_path, monkeypatch):
@@ -82,13 +84,13 @@ def test_a_broken_or_foreign_checkpoint_is_not_used(tmp_path, monkeypatch):
     whole = simulate(config, lambda progress: saved.update({progress.frame: progress.checkpoint()}))
     runs.save_checkpoint(config, {**saved[30], "seconds": np.array(1.0)})
     assert int(runs.checkpoint(config)["frame"]) == 30
-    path = runs.run_dir(config) / runs.CHECKPOINT
+    path = runs.work_dir(config) / runs.CHECKPOINT
     content = path.read_bytes()
     for cut in (0, 10, len(content) // 2, len(content) - 10):
         path.write_bytes(content[:cut])
         assert runs.checkpoint(config) is None
     path.write_bytes(content)
-    monkeypatch.setattr(runs, "versions", lambda: "others")
+    monkeypatch.setattr(runs.manifest, "code_digest", lambda: "of other code")
     assert runs.checkpoint(config) is None
     monkeypatch.undo()
     path.write_bytes(content[:1000])
@@ -107,7 +109,7 @@ def test_a_diverged_run_leaves_its_last_good_state(tmp_path, checkpoint_seconds)
         run(config)
     good = int(re.search(r"good state: frame (\d+)", str(e.value))[1])
     assert 0 < good == int(re.search(r"in frame (\d+)", str(e.value))[1]) - 1
-    with np.load(runs.run_dir(config) / runs.CHECKPOINT) as kept:
+    with np.load(runs.work_dir(config) / runs.CHECKPOINT) as kept:
         assert int(kept["frame"]) == good
         state = dict(kept)
     assert all(np.isfinite(state[quantity.name]).all() for quantity in PARTICLE_STATE)

@@ -1,0 +1,126 @@
+"""Leases: one holder at a time, whoever dies, and whenever."""
+
+import multiprocessing
+import os
+import time
+from pathlib import Path
+
+import pytest
+
+from snowrepro.errors import StoreError
+from snowrepro.store import lease
+from snowrepro.store.files import write_json
+
+
+def _count_alone(folder: Path, rounds: int) -> None:
+    """Take the lease again and again; a file that must be new each time shows that nobody else has it."""
+    lease.WAIT_SECONDS = 0.002
+    for _ in range(rounds):
+        with lease.held(folder / "work"):
+            open(folder / "alone", "x").close()
+            time.sleep(0.001)
+            (folder / "alone").unlink()
+
+
+def _take_and_die(folder: Path) -> None:
+    lease.take(folder)
+    os.kill(os.getpid(), 9)
+
+
+def _take_and_sleep(folder: Path) -> None:
+    lease.take(folder)
+    time.sleep(60)
+
+
+def _started(target, *arguments) -> multiprocessing.Process:
+    process = multiprocessing.get_context("spawn").Process(target=target, args=arguments)
+    process.start()
+    return process
+
+
+def _wait_for(condition) -> None:
+    deadline = time.monotonic() + 20
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+def test_only_one_holds(tmp_path):
+    """Four processes that take and give back a hundred times in all."""
+    processes = [_started(_count_alone, tmp_path, 25) for _ in range(4)]
+    for process in processes:
+        process.join(60)
+    assert [process.exitcode for process in processes] == [0] * 4
+    assert [path.name for path in (tmp_path / "work").iterdir()] == ["lease.100"]
+
+
+def test_the_living_keep_it_and_the_dead_lose_it(tmp_path):
+    """On this host at once: by their process number, and not by how long they were silent."""
+    process = _started(_take_and_sleep, tmp_path)
+    _wait_for(lambda: lease.holder(tmp_path))
+    assert lease.holder(tmp_path).pid == process.pid
+    assert lease.take(tmp_path) is None
+    assert lease.dead_holder(tmp_path) is None
+    process.kill()
+    process.join()
+    assert lease.holder(tmp_path) is None
+    assert lease.dead_holder(tmp_path).pid == process.pid
+    held = lease.take(tmp_path)
+    assert held is not None and held.generation == 2
+    held.release()
+    assert lease.holder(tmp_path) is None and lease.dead_holder(tmp_path) is None
+
+
+def test_a_killed_process_does_not_stop_who_waits(tmp_path):
+    process = _started(_take_and_die, tmp_path)
+    process.join(30)
+    assert process.exitcode == -9
+    with lease.held(tmp_path) as held:
+        assert held.generation == 2
+
+
+def test_another_host_is_dead_when_it_is_silent(tmp_path):
+    """Its process numbers mean nothing here; its heartbeat does, by the clock of the file system."""
+    path = tmp_path / "lease.7"
+    write_json(path, {"host": "elsewhere", "place": "elsewhere boot", "pid": 1})
+    assert str(lease.holder(tmp_path)) == "process 1 on elsewhere"
+    assert lease.take(tmp_path) is None
+    late = path.stat().st_mtime - lease.EXPIRY_SECONDS - 5
+    os.utime(path, (late, late))
+    assert lease.holder(tmp_path) is None
+    assert lease.dead_holder(tmp_path).host == "elsewhere"
+    held = lease.take(tmp_path)
+    assert held is not None and held.generation == 8 and not path.exists()
+    held.release()
+
+
+def test_a_heartbeat_keeps_it(tmp_path, monkeypatch):
+    """The file's time goes on while the holder lives, whatever it does meanwhile."""
+    monkeypatch.setattr(lease, "BEAT_SECONDS", 0.05)
+    held = lease.take(tmp_path)
+    os.utime(held.path, (1.0, 1.0))
+    _wait_for(lambda: held.path.stat().st_mtime > time.time() - 10)
+    assert not held.lost
+    held.release()
+
+
+def test_whoever_was_taken_for_dead_notices(tmp_path):
+    """Suspended for long, then awake: it holds nothing any more, and gives nothing back."""
+    held = lease.take(tmp_path)
+    write_json(tmp_path / "lease.2", vars(lease.here()))
+    assert held.lost
+    held.release()
+    assert lease.holder(tmp_path) is not None
+
+
+def test_a_lease_that_is_being_written_counts(tmp_path):
+    """Between its making and its first words it is somebody's."""
+    (tmp_path / "lease.1").touch()
+    assert lease.holder(tmp_path) is not None
+    assert lease.take(tmp_path) is None
+
+
+def test_where_nothing_can_be_written(tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(StoreError, match=r"cannot write .*lease\.1"):
+        lease.take(tmp_path / "file" / "work")
