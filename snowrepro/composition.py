@@ -1,18 +1,21 @@
 """From Hydra overrides to a validated ``Config``; errors say what is wrong and which names there are.
 
-Beside the launcher, only this module and the sweep's plan know Hydra's types.
+Beside the launcher, only this module and the sweep's plan and enumeration know Hydra's types.
 """
 
 import difflib
 import json
 import re
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
-import xarray as xr
 from hydra import compose as hydra_compose
 from hydra import initialize_config_dir
+from hydra._internal.config_loader_impl import ConfigLoaderImpl
+from hydra._internal.config_repository import CachingConfigRepository
 from hydra.core.global_hydra import GlobalHydra
 from hydra.errors import HydraException
 from omegaconf import DictConfig, OmegaConf
@@ -21,6 +24,9 @@ from pydantic import BaseModel, ValidationError
 
 from .config import Config, Outline, Traced
 from .errors import ConfigError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _PACKAGE = Path(__file__).resolve().parent
 # An installed wheel carries conf/ inside the package; a clone has it beside.
@@ -41,9 +47,30 @@ def compose_raw(overrides: Sequence[str], hydra_node: bool = False) -> DictConfi
     GlobalHydra.instance().clear()
     try:
         with initialize_config_dir(version_base="1.3", config_dir=str(CONF_DIR)):
-            return hydra_compose("config", [*overrides, *own_options()], return_hydra_config=hydra_node)
+            with quiet_about_schemas():
+                return hydra_compose("config", [*overrides, *own_options()], return_hydra_config=hydra_node)
     except (HydraException, OmegaConfBaseException, ValueError) as error:
         raise ConfigError(_one_message(error)) from error
+
+
+def config_loader() -> ConfigLoaderImpl:
+    """Hydra's access to the files of all options."""
+    GlobalHydra.instance().clear()
+    with initialize_config_dir(version_base="1.3", config_dir=str(CONF_DIR)):
+        return GlobalHydra.instance().config_loader()
+
+
+def option_files(overrides: Sequence[str]) -> CachingConfigRepository:
+    """The files of all options as ``overrides``, which may add folders, and the user's folder make them up."""
+    return config_loader()._parse_overrides_and_create_caching_repo("config", [*overrides, *own_options()])[1]
+
+
+@contextmanager
+def quiet_about_schemas() -> Iterator[None]:
+    """conf/hydra/launcher/ray.yaml has the name of its plug-in's schema on purpose."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message=r"(?s).*validated against ConfigStore schema")
+        yield
 
 
 def own_options() -> list[str]:
@@ -55,15 +82,15 @@ def own_options() -> list[str]:
 def validate(raw: DictConfig) -> Config:
     """Turn Hydra's config into a ``Config``.  Raises ConfigError naming each wrong key and its bounds."""
     try:
-        plain = OmegaConf.to_container(OmegaConf.masked_copy(raw, [k for k in raw if k != "hydra"]), resolve=True)
-        return Config.model_validate(plain)
+        own = OmegaConf.masked_copy(raw, [k for k in raw if k != "hydra"]) if "hydra" in raw else raw
+        return Config.model_validate(OmegaConf.to_container(own, resolve=True))
     except OmegaConfBaseException as error:
         raise ConfigError(_one_message(error)) from error
     except ValidationError as error:
         raise ConfigError("; ".join(_explain(item) for item in error.errors())) from error
 
 
-def config_of(dataset: xr.Dataset) -> Config:
+def config_of(dataset: "xr.Dataset") -> Config:
     """The configuration that a run carries; what settings it did not have yet are as they are by default.
 
     Raises ConfigError if it carries none, or one that is none of this program.
@@ -71,8 +98,16 @@ def config_of(dataset: xr.Dataset) -> Config:
     if "config" not in dataset.attrs:
         raise ConfigError("this is no run of snowrepro: it carries no configuration")
     try:
-        return Config.model_validate({**compose().model_dump(), **json.loads(dataset.attrs["config"])})
-    except (ValidationError, ValueError) as error:
+        return config_from(json.loads(dataset.attrs["config"]))
+    except ValueError as error:
+        raise ConfigError(f"the configuration in this run cannot be read: {error}") from error
+
+
+def config_from(plain: Mapping[str, Any]) -> Config:
+    """The configuration that was written down so; what it does not have is as it is by default.  Raises ConfigError."""
+    try:
+        return Config.model_validate({**compose().model_dump(), **plain})
+    except ValidationError as error:
         raise ConfigError(f"the configuration in this run is not of this version: {error}") from error
 
 
@@ -95,6 +130,8 @@ def _one_message(error: Exception) -> str:
     )
     if choice:
         return f"there is no {choice[1]} '{choice[2]}'; there are: {', '.join(choice[3].split())}"
+    if "hydra/launcher/submitit" in text:
+        return "this launcher is not installed: pip install 'snowrepro[slurm]'"
     unknown = re.search(r"Could not override '([^']+)'", text) or re.search(r"Key '(\w+)' is not in struct", text)
     if unknown:
         return _no_such_key(unknown[1].lstrip("+"))

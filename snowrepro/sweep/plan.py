@@ -1,41 +1,50 @@
 """What a command line asks for: one run, the runs of a sweep, or those that claims are judged by."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
-from hydra._internal.core_plugins.basic_sweeper import BasicSweeper
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import Override
 from hydra.errors import OverrideParseException
 from hydra.types import RunMode
 
-from ..composition import compose, compose_raw
+from ..composition import compose, compose_raw, config_loader
 from ..config import Config
 from ..errors import ConfigError
+from .enumeration import Planned, enumerate_runs
 
 MOST_SEEDS = 100
 
 
 @dataclass(frozen=True)
 class Plan:
-    """The runs of one command.  ``overrides`` are Hydra's, for the whole sweep."""
+    """The runs of one command, or a part of them.  ``overrides`` are Hydra's, for the whole sweep."""
 
-    configs: tuple[Config, ...]
+    runs: tuple[Planned, ...]
     is_sweep: bool
     overrides: tuple[str, ...]
+
+    @cached_property
+    def configs(self) -> tuple[Config, ...]:
+        """The runs' configurations."""
+        return tuple([run.config for run in self.runs])
 
     @property
     def needs_runs(self) -> bool:
         """Whether anything is to be simulated."""
-        experiment = self.configs[0].experiment
-        return experiment is None or experiment.needs_runs
+        experiment = self.runs[0].config.experiment if self.runs else None
+        return bool(self.runs) and (experiment is None or experiment.needs_runs)
 
 
-def make_plan(overrides: Sequence[str], multirun: bool) -> Plan:
+def make_plan(overrides: Sequence[str], multirun: bool, part: tuple[int, int] | None = None) -> Plan:
     """Expand and validate every run before any work.
 
-    A sweep is asked for by ``multirun`` or by an experiment whose file says so.  Raises ConfigError.
+    A sweep is asked for by ``multirun`` or by an experiment whose file says so.  Of a ``part`` (i, n) there is every
+    n-th run, from the i-th on; it may have none.  Raises ConfigError.
     """
+    first, step = part or (1, 1)
     parsed = _parse(overrides)
     fixed = [o.input_line for o in parsed if not o.is_sweep_override()]
     swept = [o.input_line for o in parsed if o.is_sweep_override()]
@@ -44,13 +53,38 @@ def make_plan(overrides: Sequence[str], multirun: bool) -> Plan:
     if swept and not is_sweep:
         raise ConfigError(f"{', '.join(swept)} names several runs: add -m to run them all")
     if not is_sweep:
-        return Plan((compose(fixed),), False, tuple(overrides))
+        runs = (Planned(compose(fixed), tuple(fixed)),)
+        return Plan(runs[first - 1 :: step], False, tuple(overrides))
     # The sweeper reads its parameters first, then the command line, which wins.
-    named = {o.get_key_element() for o in parsed}
-    params = [f"{key}={value}" for key, value in (hydra.sweeper.params or {}).items() if key not in named]
-    every = OverridesParser.create().parse_overrides([*params, *overrides])
-    batches = BasicSweeper.split_arguments(every, None)
-    return Plan(tuple(compose(job) for batch in batches for job in batch), True, tuple(overrides))
+    params = [f"{key}={value}" for key, value in (hydra.sweeper.params or {}).items()]
+    return Plan(enumerate_runs(_parse([*params, *overrides]), (first, step)), True, tuple(overrides))
+
+
+def read_part(text: str) -> tuple[int, int]:
+    """Which part of a sweep a text such as 2/10 means.  Raises ConfigError."""
+    found = re.fullmatch(r"([0-9]{1,9})/([0-9]{1,9})", text)
+    part = (int(found[1]), int(found[2])) if found else (0, 0)
+    if not 1 <= part[0] <= part[1]:
+        raise ConfigError(f"part: should be I/N with 1 <= I <= N (got {text})")
+    return part
+
+
+def split_seeds(overrides: Sequence[str]) -> tuple[int | None, list[str]]:
+    """The number after seeds=, if it is there, and the other overrides.  Raises ConfigError where it is none."""
+    given = [text.removeprefix("seeds=") for text in overrides if text.startswith("seeds=")]
+    others = [text for text in overrides if not text.startswith("seeds=")]
+    if len(given) > 1 or not all(text.isdecimal() and text.isascii() for text in given):
+        raise ConfigError(f"seeds: should be one whole number of at least 1 (got {', '.join(given)})")
+    return int(given[0]) if given else None, others
+
+
+def with_seeds(overrides: Sequence[str], seeds: int) -> list[str]:
+    """The overrides of a sweep that has each run with the seeds 0 to ``seeds`` - 1.  Raises ConfigError."""
+    if not 1 <= seeds <= MOST_SEEDS:
+        raise ConfigError(f"seeds: should be 1 to {MOST_SEEDS} (got {seeds})")
+    if any(o.get_key_element().lstrip("+~") == "seed" for o in _parse(overrides)):
+        raise ConfigError(f"seeds={seeds} means the seeds 0 to {seeds - 1}: leave out the override of seed")
+    return [*overrides, f"seed={','.join(map(str, range(seeds)))}"]
 
 
 def make_claims_plan(overrides: Sequence[str], seeds: int) -> Plan:
@@ -59,11 +93,7 @@ def make_claims_plan(overrides: Sequence[str], seeds: int) -> Plan:
     Raises ConfigError also where there is no one experiment with runs, the overrides choose seeds of their
     own, or two runs differ in more than what a claim tells apart: scene, sintering, pressure and seed.
     """
-    if not 1 <= seeds <= MOST_SEEDS:
-        raise ConfigError(f"seeds: should be 1 to {MOST_SEEDS} (got {seeds})")
-    if any(o.get_key_element().lstrip("+~") == "seed" for o in _parse(overrides)):
-        raise ConfigError(f"claims take the seeds 0 to {seeds - 1} (seeds={seeds}): leave out the override of seed")
-    plan = make_plan([*overrides, f"seed={','.join(map(str, range(seeds)))}"], multirun=True)
+    plan = make_plan(with_seeds(overrides, seeds), multirun=True)
     experiments = {config.experiment for config in plan.configs}
     if len(experiments) > 1 or None in experiments:
         raise ConfigError("claims are judged by the runs of one experiment, for example experiment=fig5")
@@ -90,6 +120,6 @@ def _require_one_run_a_cell(plan: Plan) -> None:
 
 def _parse(overrides: Sequence[str]) -> list[Override]:
     try:
-        return OverridesParser.create().parse_overrides(list(overrides))
+        return OverridesParser.create(config_loader()).parse_overrides(list(overrides))
     except OverrideParseException as error:
         raise ConfigError(f"cannot read '{error.override}': {error}".splitlines()[0]) from error

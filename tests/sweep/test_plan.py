@@ -1,17 +1,9 @@
-"""What a command line asks for, and jobs in processes."""
+"""What a command line asks for."""
 
-import functools
-import os
-import signal
-import time
-
-import cloudpickle
 import pytest
 
 from snowrepro.errors import ConfigError
 from snowrepro.sweep.plan import make_claims_plan, make_plan
-from snowrepro.sweep.processes import Job, run_jobs
-from snowrepro.sweep.table import render
 
 
 def test_one_run():
@@ -100,55 +92,3 @@ def test_claims_take_an_experiment_with_seeds():
 def test_what_claims_cannot_be_judged_by_is_refused(overrides, seeds, message):
     with pytest.raises(ConfigError, match=message):
         make_claims_plan(overrides, seeds)
-
-
-def _jobs(*calls) -> list[Job]:
-    return [Job(str(i), cloudpickle.dumps(call)) for i, call in enumerate(calls)]
-
-
-def test_jobs_run_in_processes_of_their_own():
-    jobs = _jobs(*[os.getpid] * 3)
-    run_jobs(jobs, workers=2, watch=lambda _: None)
-    assert len({job.result for job in jobs} | {os.getpid()}) == 4
-    assert {job.state for job in jobs} == {"done"}
-
-
-def test_a_crash_is_one_failed_job():
-    """A killed process and an exception fail alone."""
-    jobs = _jobs(os.getpid, functools.partial(signal.raise_signal, signal.SIGKILL), functools.partial(int, "x"))
-    run_jobs(jobs, workers=2, watch=lambda _: None)
-    assert [job.state for job in jobs] == ["done", "failed", "failed"]
-    assert "code -9" in str(jobs[1].result)
-    assert isinstance(jobs[2].result, ValueError)
-
-
-def test_an_interrupt_ends_the_running_jobs():
-    """Ctrl-C in the parent leaves no child behind."""
-    jobs = _jobs(*[functools.partial(time.sleep, 60)] * 2)
-
-    def interrupt(_):
-        raise KeyboardInterrupt
-
-    started = time.monotonic()
-    with pytest.raises(KeyboardInterrupt):
-        run_jobs(jobs, workers=2, watch=interrupt)
-    assert time.monotonic() - started < 20
-
-
-def test_the_table_of_many_jobs_shows_what_matters():
-    """Twenty rows show all; of more, those that run or have failed, and the counts."""
-    jobs = [Job(f"job {i}", b"", state="done", seconds=2.0) for i in range(100)]
-    jobs[5].state = "failed"
-    jobs[50] = Job("job 50", b"", state="running", started=0.0)
-    table = render(jobs, now=3.0)
-    assert list(table.columns[0].cells) == ["job 5", "job 50"]
-    assert table.caption.startswith("99 of 100 ended, about 0:0")
-    assert render(jobs[:20], now=3.0).row_count == 20
-
-
-def test_jobs_that_are_done_are_not_run_again():
-    """They keep their result, and no process is started for them."""
-    jobs = [Job("old", b"no pickle", state="done", result="kept"), *_jobs(os.getpid)]
-    run_jobs(jobs, workers=2, watch=lambda _: None)
-    assert jobs[0].result == "kept"
-    assert jobs[1].state == "done"

@@ -1,0 +1,333 @@
+"""All runs of a sweep, of which few are composed by Hydra.
+
+Composing takes Hydra some 50 ms a run.  But most axes of a sweep only put other values where a composed config has
+some (*leaves*: ``pressure=1,2``), or choose options that fill one section and know nothing of the rest (*options*:
+``shape=ball,star``).  So Hydra composes the first run of each combination of the other, *structural* axes, and in it
+the first run with an option that was not there yet; all others are put together from sections of these, and validated.
+
+What comes out equals composing each run.  A run that cannot be put together is composed, so its error is Hydra's own.
+"""
+
+import itertools
+import math
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import yaml
+from hydra._internal.config_repository import CachingConfigRepository
+from hydra._internal.core_plugins.basic_sweeper import BasicSweeper
+from hydra.core.default_element import ConfigDefault
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import Override, OverrideType, Transformer
+from hydra.errors import HydraException
+from omegaconf import OmegaConf
+from pydantic import ValidationError
+
+from ..composition import compose_raw, option_files, validate
+from ..config import Config, Section
+from ..errors import ConfigError
+
+Job = tuple[int, ...]  # which of its values each axis has
+
+
+@dataclass(frozen=True, slots=True)
+class Planned:
+    """A run of a sweep, and the overrides that Hydra's sweeper would give to a launcher for it."""
+
+    config: Config
+    overrides: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Axis:
+    """The overrides of one key, one for each value.
+
+    ``name`` is the key without ``+``, ``~`` and ``@package``.  ``values`` are what Hydra reads in the overrides; None
+    unless all of them just set a number or a text.
+    """
+
+    name: str
+    overrides: tuple[str, ...]
+    values: tuple[Any, ...] | None
+
+
+def enumerate_runs(overrides: Sequence[Override], part: tuple[int, int] = (1, 1)) -> tuple[Planned, ...]:
+    """The runs of a sweep in the order in which Hydra's sweeper would launch them.
+
+    Of a ``part`` (i, n) only every n-th run, from the i-th on.  Raises ConfigError for the first run that is wrong,
+    or if there is none.
+    """
+    always = [str(o.input_line) for o in overrides if o.is_hydra_override()]
+    swept = [str(o.input_line) for o in overrides if o.is_hydra_override() and o.is_sweep_override()]
+    if swept:
+        raise ConfigError(f"a sweep cannot vary Hydra's own settings: {', '.join(swept)}")
+    # As in Hydra's sweeper: the last override of a key counts, in the place of the first.
+    axes = tuple({o.get_key_element(): _axis(o) for o in overrides if not o.is_hydra_override()}.values())
+    jobs = itertools.product(*(range(len(axis.overrides)) for axis in axes))
+    chosen = itertools.islice(jobs, part[0] - 1, None, part[1])
+    assembly = _Assembly(axes, always)
+    return tuple([Planned(assembly.config(job), assembly.overrides(job)) for job in chosen])
+
+
+def _axis(override: Override) -> Axis:
+    """The overrides that a sweep makes of one.  Raises ConfigError if it makes none."""
+    try:
+        if override.is_discrete_sweep():
+            values = list(override.sweep_iterator())  # once: a shuffled sweep comes in another order each time
+            texts = [f"{override.get_key_element()}={Transformer.str(value)}" for value in values]
+        else:
+            [[texts]] = BasicSweeper.split_arguments([override], None)
+            values = [override.value()]
+        plain = _plain_values(override, values, texts)
+    except HydraException as error:
+        raise ConfigError(f"{override.input_line}: {error}") from error
+    if not texts:
+        raise ConfigError(f"'{override.input_line}' names no run")
+    return Axis(override.key_or_group, tuple(texts), plain)
+
+
+def _plain_values(override: Override, values: Sequence[Any], texts: Sequence[str]) -> tuple[Any, ...] | None:
+    """What Hydra reads in ``texts``, written from ``values``; None unless they just set numbers and texts."""
+    if override.type != OverrideType.CHANGE or override.package is not None:
+        return None
+    # A number is read back as it was; a text may not be: str(1) writes 1.
+    read = tuple(
+        v if _is_number(v) else _parser().parse_override(text).value() for v, text in zip(values, texts, strict=True)
+    )
+    return read if all(isinstance(v, bool | int | float) or _is_text(v) for v in read) else None
+
+
+@cache
+def _parser() -> OverridesParser:
+    return OverridesParser.create()
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, bool | int) or (isinstance(value, float) and math.isfinite(value))
+
+
+def _is_text(value: Any) -> bool:
+    """Whether a value is a text that means nothing to OmegaConf."""
+    return isinstance(value, str) and "${" not in value and value != "???"
+
+
+@dataclass(frozen=True)
+class _Roles:
+    """What the axes with several values do, by their index."""
+
+    leaves: dict[int, tuple[str, ...]]  # and the leaf's place
+    options: dict[str, int]  # by their section
+    structural: tuple[int, ...]
+
+    def sections(self) -> dict[str, list[int]]:
+        """The sections that vary, and the axes that they vary with."""
+        found = {name: [i] for name, i in self.options.items()}
+        for i, (name, *inner) in self.leaves.items():
+            if inner:
+                found.setdefault(name, []).append(i)
+        return found
+
+
+def _roles(axes: Sequence[Axis], job: Job, settings: Mapping[str, Any], files: CachingConfigRepository) -> _Roles:
+    """Tell leaves, options and structural axes apart by a composed job."""
+    several = [i for i, axis in enumerate(axes) if len(axis.overrides) > 1]
+    leaves = {
+        i: tuple(axes[i].name.split("."))
+        for i in several
+        if axes[i].values is not None and not files.group_exists(axes[i].name) and not _is_set_twice(i, axes, files)
+    }
+    references = list(_references(settings))
+    leaves = {i: path for i, path in leaves.items() if _is_leaf(path, axes[i].values[job[i]], settings, references)}
+    options: dict[str, int] = {}
+    if not references and not _defaults_vary(files):
+        options = {axes[i].name: i for i in several if _is_confined(axes[i], settings, files)}
+    return _Roles(leaves, options, tuple(i for i in several if i not in leaves and i not in options.values()))
+
+
+def _is_leaf(path: Sequence[str], value: Any, settings: Any, references: Sequence[str]) -> bool:
+    """Whether a value just stands at its place, and no interpolation carries it elsewhere.
+
+    An interpolation that holds another, or calls a resolver, may mean any place.
+    """
+    for part in path:
+        settings = settings.get(part) if isinstance(settings, dict) else None
+    at_its_place = type(settings) is type(value) and settings == value
+    return at_its_place and not any(
+        text.count("${") > 1 or ":" in text or any(part in text for part in path) for text in references
+    )
+
+
+def _is_set_twice(index: int, axes: Sequence[Axis], files: CachingConfigRepository) -> bool:
+    """Whether an override of another key sets the same, a part of it, or what it is a part of.
+
+    Options do not count: Hydra chooses them before it sets values.
+    """
+    path = axes[index].name.split(".")
+    for i, axis in enumerate(axes):
+        other = axis.name.split(".")
+        shared = min(len(path), len(other))
+        if i != index and path[:shared] == other[:shared] and not _is_choice(axis, files):
+            return True
+    return False
+
+
+def _is_choice(axis: Axis, files: CachingConfigRepository) -> bool:
+    """Whether an axis chooses options of a group by their names."""
+    return (
+        axis.values is not None
+        and all(isinstance(value, str) for value in axis.values)
+        and files.group_exists(axis.name)
+    )
+
+
+def _is_confined(axis: Axis, settings: Mapping[str, Any], files: CachingConfigRepository) -> bool:
+    """Whether an axis chooses options that fill the section of their group and do nothing else."""
+    return (
+        _is_choice(axis, files)
+        and isinstance(settings.get(axis.name), dict)
+        and all(_fills_its_section(files, axis.name, value) for value in axis.values or ())
+    )
+
+
+def _fills_its_section(files: CachingConfigRepository, group: str, option: str) -> bool:
+    """Whether an option goes where its group does, and builds on nothing but options of the same kind."""
+    found = files.load_config(f"{group}/{option}") if "/" not in option else None
+    return (
+        found is not None
+        and found.header["package"] is None
+        and all(
+            isinstance(default, ConfigDefault)
+            and default.package is None
+            and (default.path == "_self_" or _fills_its_section(files, group, str(default.path)))
+            for default in found.defaults_list or ()
+        )
+    )
+
+
+def _defaults_vary(files: CachingConfigRepository) -> bool:
+    """Whether a choice may follow from others, by an interpolation in the defaults list of some file."""
+    folders = [source.path for source in files.get_sources() if source.scheme() == "file"]
+    paths = [
+        Path(place, name) for top in folders for place, _, names in os.walk(top, followlinks=True) for name in names
+    ]
+    return any(_has_varying_defaults(path) for path in paths if path.suffix in (".yaml", ".yml"))
+
+
+def _has_varying_defaults(path: Path) -> bool:
+    text = path.read_text(encoding="utf-8", errors="replace")
+    if "${" not in text:
+        return False
+    try:
+        read = yaml.safe_load(text)
+    except yaml.YAMLError:
+        return True
+    return isinstance(read, dict) and "${" in str(read.get("defaults"))
+
+
+def _references(settings: Any) -> Iterator[str]:
+    """The interpolations in settings."""
+    if isinstance(settings, dict | list):
+        for inner in settings.values() if isinstance(settings, dict) else settings:
+            yield from _references(inner)
+    elif isinstance(settings, str) and "${" in settings:
+        yield settings
+
+
+@dataclass
+class _Structure:
+    """What the runs of one combination of structural values are made of."""
+
+    values: dict[str, Any]  # of the first one, by name: validated sections, and the settings beside them
+    given: set[str]
+    settings: dict[tuple[str, int | None], dict[str, Any]] = field(default_factory=dict)  # of sections by option
+    sections: dict[tuple, Section] = field(default_factory=dict)  # validated, by name and the axes' values
+
+
+class _Assembly:
+    """Makes the runs of a sweep from a few that are composed."""
+
+    def __init__(self, axes: Sequence[Axis], always: Sequence[str]):
+        self.axes, self.always = axes, always
+        self.roles: _Roles | None = None  # as the first run shows them
+        self.sections: dict[str, list[int]] = {}
+        self.structures: dict[Job, _Structure] = {}
+
+    def overrides(self, job: Job) -> tuple[str, ...]:
+        """A job's overrides as Hydra's sweeper writes them."""
+        return tuple([axis.overrides[i] for axis, i in zip(self.axes, job, strict=True)])
+
+    def config(self, job: Job) -> Config:
+        """A job's run, validated.  Raises ConfigError."""
+        structure = self.structures.get(self._structure_of(job)) if self.roles else None
+        if structure:
+            # Where a section is not known, or something is wrong: what is wrong is best said of the whole.
+            with suppress(KeyError, ValidationError):
+                return self._assemble(structure, job)
+        return self._compose(job)
+
+    def _structure_of(self, job: Job) -> Job:
+        return tuple([job[i] for i in self.roles.structural])
+
+    def _option(self, section: str, job: Job) -> int | None:
+        """Which option a section has in a job; None where no axis chooses it."""
+        return job[self.roles.options[section]] if section in self.roles.options else None
+
+    def _compose(self, job: Job) -> Config:
+        """Have Hydra compose a job, and keep what other jobs can be made of."""
+        raw = compose_raw([*self.always, *self.overrides(job)])
+        config = validate(raw)
+        settings = OmegaConf.to_container(raw, resolve=False)
+        if self.roles is None:
+            self.roles = _roles(self.axes, job, settings, option_files(self.always))
+            self.sections = self.roles.sections()
+        if self._is_as_expected(job, settings):
+            resolved = OmegaConf.to_container(raw, resolve=True)
+            sections = {name: value for name, value in dict(config).items() if isinstance(value, Section)}
+            new = _Structure(
+                {**resolved, **{name: sections[name] for name in resolved if name in sections}}, config.model_fields_set
+            )
+            structure = self.structures.setdefault(self._structure_of(job), new)
+            structure.settings |= {(name, self._option(name, job)): resolved[name] for name in self.sections}
+        return config
+
+    def _is_as_expected(self, job: Job, settings: dict[str, Any]) -> bool:
+        """Whether the axes do in a composed job what they did in the first."""
+        references = list(_references(settings))
+        return not (references and self.roles.options) and all(
+            _is_leaf(path, self.axes[i].values[job[i]], settings, references) for i, path in self.roles.leaves.items()
+        )
+
+    def _assemble(self, structure: _Structure, job: Job) -> Config:
+        """A job made of what is known.  Raises KeyError where a section is not, and ValidationError."""
+        values = structure.values.copy()
+        for name, axes in self.sections.items():
+            key = (name, *[job[i] for i in axes])
+            if key not in structure.sections:
+                structure.sections[key] = self._section(structure, name, job)
+            values[name] = structure.sections[key]
+        for i, path in self.roles.leaves.items():
+            if len(path) == 1:
+                values[path[0]] = self.axes[i].values[job[i]]
+        config = Config.model_validate(values)
+        # The names that were given are the same in all; a set of them takes more memory than all else of a run.
+        object.__setattr__(config, "__pydantic_fields_set__", structure.given)
+        return config
+
+    def _section(self, structure: _Structure, name: str, job: Job) -> Section:
+        """A section that varies, as it is in a job.  Raises KeyError if it is not known, and ValidationError."""
+        settings = structure.settings[name, self._option(name, job)]
+        for i, path in self.roles.leaves.items():
+            if path[0] == name:
+                settings = _put(settings, path[1:], self.axes[i].values[job[i]])
+        return type(structure.values[name]).model_validate(settings)
+
+
+def _put(settings: dict[str, Any], path: Sequence[str], value: Any) -> dict[str, Any]:
+    """Settings with another value at a place."""
+    first, *rest = path
+    return {**settings, first: _put(settings[first], rest, value) if rest else value}
