@@ -4,6 +4,7 @@ Hydra scans this module in every application of the environment, so heavy import
 """
 
 import functools
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,13 +17,20 @@ from hydra.plugins.launcher import Launcher
 from hydra.types import HydraContext, TaskFunction
 from omegaconf import DictConfig, open_dict
 
+log = logging.getLogger("snowrepro")
+
 
 @dataclass
 class LocalLauncherConf:
-    """Settings: ``workers`` processes at a time, 0 for one a core."""
+    """Settings: ``workers`` processes at a time, 0 for as many as cores and memory allow; ``memory_gb`` of a run,
+    null for what earlier ones used; ``time_limit_minutes`` of a run, 0 for none; ``retries`` of a run whose process
+    crashed."""
 
     _target_: str = "hydra_plugins.snowrepro_launcher.local.LocalLauncher"
     workers: int = 0
+    memory_gb: float | None = None
+    time_limit_minutes: float = 0.0
+    retries: int = 1
 
 
 ConfigStore.instance().store(
@@ -33,8 +41,13 @@ ConfigStore.instance().store(
 class LocalLauncher(Launcher):
     """Runs the jobs of a sweep in processes of this machine."""
 
-    def __init__(self, workers: int = 0):
+    def __init__(
+        self, workers: int = 0, memory_gb: float | None = None, time_limit_minutes: float = 0.0, retries: int = 1
+    ):
         self.workers = workers
+        self.memory_gb = memory_gb
+        self.time_limit_minutes = time_limit_minutes
+        self.retries = retries
         self.config: DictConfig | None = None
         self.task_function: TaskFunction | None = None
         self.hydra_context: HydraContext | None = None
@@ -46,8 +59,8 @@ class LocalLauncher(Launcher):
         self.hydra_context = hydra_context
 
     def launch(self, job_overrides: Sequence[Sequence[str]], initial_job_idx: int) -> Sequence[JobReturn]:
-        """Run all jobs and return what each returned, in order; a crashed one as a failed JobReturn."""
-        from snowrepro.sweep.processes import run_jobs, usable_cores
+        """Run all jobs and return what each returned, in order; a lost one as a failed JobReturn."""
+        from snowrepro.sweep.processes import Job, Limits, run_jobs
         from snowrepro.sweep.table import SweepTable
 
         setup_globals()
@@ -55,64 +68,87 @@ class LocalLauncher(Launcher):
         configure_log(self.config.hydra.hydra_logging, self.config.hydra.verbose)
         Path(str(self.config.hydra.sweep.dir)).mkdir(parents=True, exist_ok=True)
         common = set(job_overrides[0]).intersection(*job_overrides)
-        jobs = [self._job(job, initial_job_idx + i, common) for i, job in enumerate(job_overrides)]
-        with SweepTable() as table:
-            run_jobs(jobs, self.workers or usable_cores(), table)
+        jobs = []
+        for index, overrides in enumerate(job_overrides, initial_job_idx):
+            label = " ".join(o for o in filter_overrides(overrides) if o not in common) or f"job {index}"
+            jobs.append(Job(label, functools.partial(self._prepare, overrides, index)))
+        limits = Limits(self._workers_at_a_time(len(jobs)), 60.0 * self.time_limit_minutes, self.retries)
+        with SweepTable(len(jobs), limits.workers) as table:
+            run_jobs(jobs, limits, table)
         return [_job_return(job.result) for job in jobs]
 
-    def _job(self, overrides: Sequence[str], index: int, common: set[str]) -> Any:
-        """A job that can travel to another process, labelled by what sets it apart from the others."""
-        import cloudpickle
+    def _workers_at_a_time(self, jobs: int) -> int:
+        """As many as are asked for, or as cores and memory allow; at least one."""
+        from snowrepro.sweep.processes import free_memory, usable_cores
 
-        from snowrepro.sweep.processes import Job
+        fitting = int(free_memory() / (1e9 * self.memory_gb)) if self.memory_gb else jobs
+        return max(1, min(jobs, self.workers or min(usable_cores(), fitting)))
+
+    def _prepare(self, overrides: Sequence[str], index: int, job: Any) -> bytes:
+        """Compose a job that is about to start, and pickle it; one of snowrepro's gets its place in the store."""
+        import cloudpickle
 
         assert self.config is not None and self.hydra_context is not None
         config = self.hydra_context.config_loader.load_sweep_config(self.config, list(overrides))
         with open_dict(config):
             config.hydra.job.id = f"{config.hydra.job.name}_{index}"
             config.hydra.job.num = index
+        _tie_to_store(job, config)
         call = functools.partial(execute, self.hydra_context, self.task_function, config, Singleton.get_state())
-        label = " ".join(o for o in filter_overrides(overrides) if o not in common) or f"job {index}"
-        folder, result = _stored(config)
-        if result:
-            finished = JobReturn(status=JobStatus.COMPLETED)
-            finished.return_value = str(result)
-            return Job(label, b"", folder, state="done", result=finished)
-        return Job(label, cloudpickle.dumps(call), folder)
+        return cloudpickle.dumps(call)
+
+
+class TaskFailed(Exception):
+    """A job whose task raised; holds the JobReturn that says what."""
 
 
 def execute(
     hydra_context: HydraContext, task_function: TaskFunction, config: DictConfig, singletons: dict[Any, Any]
 ) -> JobReturn:
-    """Run one job; called in the fresh process."""
+    """Run one job; called in the fresh process.  Raises TaskFailed."""
     setup_globals()
     Singleton.set_state(singletons)
-    return run_job(
+    returned = run_job(
         hydra_context=hydra_context,
         task_function=task_function,
         config=config,
         job_dir_key="hydra.sweep.dir",
         job_subdir_key="hydra.sweep.subdir",
     )
+    if returned.status == JobStatus.FAILED:
+        raise TaskFailed(returned)
+    return returned
 
 
-def _stored(config: DictConfig) -> tuple[Path | None, Path | None]:
-    """Where a job of snowrepro reports its progress, and its result if that is there; None for other applications."""
+def _tie_to_store(job: Any, config: DictConfig) -> None:
+    """Tell a job of snowrepro where it reports progress, who else does it, and where its loss is recorded."""
     from snowrepro.composition import validate
     from snowrepro.errors import ConfigError
-    from snowrepro.store import runs
+    from snowrepro.store import lease, runs
 
     try:
         run = validate(config)
-    except ConfigError:
-        return None, None
-    return runs.run_dir(run), runs.result_path(run) if runs.is_done(run) else None
+    except ConfigError:  # another application's job
+        return
+    job.folder = runs.work_dir(run)
+
+    def is_elsewhere(job: Any) -> bool:
+        if runs.is_current(run):
+            job.state, job.result = "done", JobReturn(status=JobStatus.COMPLETED)
+            job.result.return_value = str(runs.result_path(run))
+            return False
+        return lease.holder(job.folder) is not None
+
+    job.is_elsewhere = is_elsewhere
+    job.on_loss = functools.partial(runs.record_loss, run)
 
 
 def _job_return(result: Any) -> JobReturn:
     """What Hydra expects of a job, also of one that died."""
     if isinstance(result, JobReturn):
         return result
+    if isinstance(result, TaskFailed):
+        return result.args[0]
     failed = JobReturn(status=JobStatus.FAILED)
     failed.return_value = result if isinstance(result, BaseException) else RuntimeError("the job left no result")
     return failed

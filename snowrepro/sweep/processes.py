@@ -1,6 +1,8 @@
-"""Run pickled jobs, each in a fresh process, as many at a time as there are cores.
+"""Run pickled calls, each in a fresh process, as many at a time as cores and memory allow.
 
-A job that crashes is one failed job.  Ctrl-C ends the running jobs and is passed on.
+Processes are forked from a server that has imported what a run needs and done nothing with it: as fresh as
+new ones, and there at once.  A job that crashes is tried again and then is one failed job.  Ctrl-C ends the
+running jobs and is passed on; where this process is killed, its jobs end too.
 """
 
 import multiprocessing
@@ -10,30 +12,72 @@ import sys
 import tempfile
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
+from multiprocessing import connection, forkserver
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
 import cloudpickle
+import psutil
 
-POLL_SECONDS = 0.1
-GRACE_SECONDS = 10.0
+POLL_SECONDS = 0.05
+ELSEWHERE_SECONDS = 1.0  # between two looks at what another process works on
+GRACE_SECONDS = 10.0  # between asking a process to end and killing it
+PRELOADED = ["snowrepro.run", "snowrepro.sweep.processes", "hydra.core.utils"]
+ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
+
+WAITING, RUNNING, DONE, FAILED, TIMED_OUT = "waiting", "running", "done", "failed", "timed out"
+ENDED = (DONE, FAILED, TIMED_OUT)
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a job may take.  ``workers``: jobs at a time; ``seconds``: of a job, 0 for no limit; ``retries``: after
+    crashes."""
+
+    workers: int
+    seconds: float = 0.0
+    retries: int = 1
 
 
 @dataclass
 class Job:
-    """One call: ``payload`` is a pickled function without arguments; ``folder`` is where it reports progress."""
+    """One call.  ``make`` gives the pickled function without arguments, when the job is about to start.
+
+    ``folder`` is where the job reports progress; ``is_elsewhere`` says that another process does the same
+    work, and may find that it has been done; ``on_loss`` is told the state and the message of a job that
+    ended without an answer.
+    """
 
     label: str
-    payload: bytes
+    make: Callable[["Job"], bytes]
     folder: Path | None = None
-    state: str = "waiting"  # waiting, running, done, failed
+    is_elsewhere: Callable[["Job"], bool] = lambda job: False
+    on_loss: Callable[[str, str], None] = lambda state, message: None
+    state: str = WAITING
+    tries: int = 0
     started: float = 0.0
     seconds: float = 0.0
+    payload: bytes = field(default=b"", repr=False)
     result: Any = field(default=None, repr=False)
+
+
+@dataclass
+class _Running:
+    """A job's process, the file of its answer, and when it was asked to end."""
+
+    job: Job
+    process: BaseProcess
+    answer: Path
+    asked: float | None = None
+
+
+class Lost(RuntimeError):
+    """A process that ended without an answer."""
 
 
 def usable_cores() -> int:
@@ -41,68 +85,139 @@ def usable_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def run_jobs(jobs: Sequence[Job], workers: int, watch: Callable[[Sequence[Job]], None]) -> None:
-    """Run all jobs that wait; ``watch`` is called several times a second.
+def free_memory() -> int:
+    """Bytes that may still be used, by this machine's memory and by the limit of this process' control group."""
+    free = psutil.virtual_memory().available
+    with suppress(OSError, ValueError, IndexError):
+        group = Path("/proc/self/cgroup").read_text().split("::", 1)[1].splitlines()[0]
+        folder = Path("/sys/fs/cgroup") / group.lstrip("/")
+        free = min(free, int((folder / "memory.max").read_text()) - int((folder / "memory.current").read_text()))
+    return max(free, 0)
+
+
+def run_jobs(jobs: Sequence[Job], limits: Limits, watch: Callable[[Sequence[Job], Sequence[Job]], None]) -> None:
+    """Run all jobs; ``watch`` is called several times a second with those that run and those that just ended.
 
     A job's ``result`` is then what its call returned, or the exception that ended it.
     """
-    context = multiprocessing.get_context("spawn")
-    waiting = [job for job in jobs if job.state == "waiting"]
-    running: list[tuple[Job, BaseProcess, Path]] = []
-    with tempfile.TemporaryDirectory() as scratch:
+    waiting, elsewhere, running = deque(jobs), deque[Job](), list[_Running]()
+    looked = time.monotonic()
+    with tempfile.TemporaryDirectory(prefix="snowrepro-") as scratch:
         try:
-            while waiting or running:
-                while waiting and len(running) < workers:
-                    running.append(_start(context, waiting.pop(0), Path(scratch)))
-                time.sleep(POLL_SECONDS)
-                for entry in [e for e in running if not e[1].is_alive()]:
-                    _finish(*entry)
+            while waiting or elsewhere or running:
+                if elsewhere and time.monotonic() - looked > ELSEWHERE_SECONDS:
+                    waiting, elsewhere, looked = waiting + elsewhere, deque(), time.monotonic()
+                ended = []
+                while waiting and len(running) < limits.workers:
+                    job = waiting.popleft()
+                    job.payload = job.payload or job.make(job)
+                    if job.is_elsewhere(job):
+                        elsewhere.append(job)
+                    elif job.state == WAITING:
+                        running.append(_start(job, Path(scratch)))
+                    else:
+                        ended.append(job)
+                _pause(running)
+                for entry in [e for e in running if _has_ended(e, limits)]:
                     running.remove(entry)
-                watch(jobs)
+                    (waiting if entry.job.state == WAITING else ended).append(entry.job)
+                watch([entry.job for entry in running], ended)
         finally:
-            for _, process, _ in running:
-                process.terminate()
-            for _, process, _ in running:
-                process.join(GRACE_SECONDS)
-                process.kill()
+            _end([entry.process for entry in running])
 
 
-def _start(context: Any, job: Job, scratch: Path) -> tuple[Job, BaseProcess, Path]:
-    answer = scratch / f"{id(job)}.pickle"
-    process = context.Process(target=_child, args=(job.payload, str(answer)))
-    with _interrupts_ignored():
+def _pause(running: Sequence[_Running]) -> None:
+    """Wait a moment, or until a process ends."""
+    if not running:
+        time.sleep(POLL_SECONDS)
+    connection.wait([entry.process.sentinel for entry in running], POLL_SECONDS)
+
+
+def _start(job: Job, scratch: Path) -> _Running:
+    """Start the process of a job."""
+    job.tries += 1
+    answer = scratch / f"{id(job)}.{job.tries}"
+    process = _context().Process(target=_child, args=(job.payload, str(answer), dict(os.environ)), daemon=False)
+    with _one_thread():
         process.start()
-    job.state, job.started = "running", time.monotonic()
-    return job, process, answer
+    job.state, job.started = RUNNING, time.monotonic()
+    return _Running(job, process, answer)
+
+
+def _has_ended(entry: _Running, limits: Limits) -> bool:
+    """Whether a process is gone; takes over its answer, and ends it where its time is up."""
+    job, now = entry.job, time.monotonic()
+    if entry.process.is_alive():
+        if entry.asked is None and limits.seconds and now - job.started > limits.seconds:
+            entry.asked = now
+            entry.process.terminate()
+        elif entry.asked is not None and now - entry.asked > GRACE_SECONDS:
+            entry.process.kill()
+        return False
+    entry.process.join()
+    job.seconds = now - job.started
+    try:
+        job.result = cloudpickle.loads(entry.answer.read_bytes())
+        job.state = FAILED if isinstance(job.result, BaseException) else DONE
+        job.payload = b""
+    except Exception:  # whatever it was that the answer could not be read for
+        if entry.asked is None and job.tries <= limits.retries:
+            job.state = WAITING
+            return True
+        job.state = FAILED if entry.asked is None else TIMED_OUT
+        ended = f"the process ended with {_code(entry.process.exitcode)} and no result"
+        message = ended if entry.asked is None else f"stopped after {limits.seconds:g} s, its time limit"
+        job.result = Lost(message)
+        job.on_loss(job.state, message)
+    return True
+
+
+def _code(exit_code: int | None) -> str:
+    """An exit code for a reader."""
+    if exit_code is not None and exit_code < 0:
+        with suppress(ValueError):
+            return signal.Signals(-exit_code).name
+    return f"code {exit_code}"
+
+
+def _end(processes: Sequence[BaseProcess]) -> None:
+    """Ask processes to end, and see to it that they do."""
+    for process in processes:
+        process.terminate()
+    deadline = time.monotonic() + GRACE_SECONDS
+    for process in processes:
+        process.join(max(0.0, deadline - time.monotonic()))
+        process.kill()
+        process.join()
+
+
+def _context() -> Any:
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(PRELOADED)
+    return context
 
 
 @contextmanager
-def _interrupts_ignored() -> Iterator[None]:
-    """What is started inside never sees Ctrl-C: the parent does, and ends its jobs in order."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+def _one_thread() -> Iterator[None]:
+    """The server's libraries start no threads of their own."""
+    kept = {name: os.environ.get(name) for name in ONE_THREAD}
+    os.environ.update({name: value for name, value in ONE_THREAD.items() if name not in os.environ})
     try:
+        forkserver.ensure_running()
         yield
     finally:
-        signal.signal(signal.SIGINT, handler)
+        for name, value in kept.items():
+            if value is None:
+                del os.environ[name]
 
 
-def _finish(job: Job, process: BaseProcess, answer: Path) -> None:
-    """Take over what a process that has ended left behind."""
-    process.join()
-    job.seconds = time.monotonic() - job.started
-    if answer.exists():
-        job.result = cloudpickle.loads(answer.read_bytes())
-    else:
-        job.result = RuntimeError(f"{job.label}: the process ended with code {process.exitcode} and no result")
-    job.state = "failed" if isinstance(job.result, BaseException) else "done"
-
-
-def _child(payload: bytes, answer: str) -> None:
+def _child(payload: bytes, answer: str, environment: dict[str, str]) -> None:
     """Entry of the fresh process; being terminated lets the job tidy up."""
+    os.environ.clear()
+    os.environ.update(environment)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the parent, which ends its jobs in order
     signal.signal(signal.SIGTERM, signal.default_int_handler)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     try:
         result = cloudpickle.loads(payload)()
     except KeyboardInterrupt:
@@ -112,3 +227,13 @@ def _child(payload: bytes, answer: str) -> None:
     partial = Path(answer + ".part")
     partial.write_bytes(cloudpickle.dumps(result))
     os.replace(partial, answer)
+
+
+def _end_with_parent() -> None:
+    """Nobody waits for the answer any more."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    connection.wait([parent.sentinel])
+    os.kill(os.getpid(), signal.SIGTERM)
+    time.sleep(GRACE_SECONDS)
+    os._exit(1)

@@ -1,29 +1,39 @@
-"""The live table of a sweep on a terminal; plain lines elsewhere."""
+"""The live table of a sweep on a terminal; plain lines elsewhere, which read well in a log."""
 
 import sys
+import threading
 import time
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
-from ..store import runs
-from .processes import Job
+from ..config import Config
+from ..store import runs, states
+from .processes import DONE, FAILED, Job
 
 REDRAW_SECONDS = 0.5
-LINE_SECONDS = 20.0
+LINE_SECONDS = 30.0
+WATCH_SECONDS = 2.0
 MOST_ROWS = 20
+MOST_FAILURES = 5
+LEAST_DONE = 0.1  # of a run's frames, before they tell how long it takes
 
 
 class SweepTable:
-    """Shows jobs as they run; call it with the jobs several times a second."""
+    """Shows the jobs of a sweep as they run: called with those that run and those that just ended."""
 
-    def __init__(self, console: Console | None = None):
+    def __init__(self, total: int, workers: int, console: Console | None = None):
         self.console = console or Console(file=sys.__stderr__)
         self.live = Live(console=self.console, auto_refresh=False) if self.console.is_terminal else None
-        self.started = self.last = time.monotonic()
-        self.told: set[int] = set()
+        self.total, self.workers = total, workers
+        self.began = self.last = time.monotonic()
+        self.lengths: list[float] = []  # seconds of each job that ended well here
+        self.failures: list[Job] = []
+        self.ended = 0
 
     def __enter__(self) -> "SweepTable":
         if self.live:
@@ -34,71 +44,119 @@ class SweepTable:
         if self.live:
             self.live.stop()
 
-    def __call__(self, jobs: Sequence[Job]) -> None:
-        """Redraw, if it is time to."""
+    def __call__(self, running: Sequence[Job], ended: Sequence[Job]) -> None:
+        """Take note of what ended, and show how far the sweep is if it is time to."""
         now = time.monotonic()
-        if self.live:
-            if now - self.last > REDRAW_SECONDS or all(job.state in ("done", "failed") for job in jobs):
-                self.last = now
-                self.live.update(render(jobs, now), refresh=True)
-            return
-        for index, job in enumerate(jobs):
-            ended_now = job.state in ("done", "failed") and job.seconds > 0  # not done before
-            if ended_now and index not in self.told:
-                self.told.add(index)
-                self._line(jobs, now, f"{job.label}: {job.state} in {job.seconds:.0f} s")
-        if now - self.last > LINE_SECONDS:
-            self._line(jobs, now, "running")
+        for job in ended:
+            self.ended += 1
+            if job.state != DONE:
+                self.failures.append(job)
+            elif job.tries:
+                self.lengths.append(job.seconds)
+            if not self.live and job.tries:
+                self._line(running, now, f"{job.label}: {job.state} in {clock(job.seconds)}{_why(job)}")
+        if self.live and (now - self.last > REDRAW_SECONDS or self.ended == self.total):
+            self.last = now
+            self.live.update(self.render(running, now), refresh=True)
+        elif not self.live and now - self.last > LINE_SECONDS:
+            self._line(running, now, ", ".join(f"{job.label} {_frame(job)}" for job in running[:MOST_ROWS]))
 
-    def _line(self, jobs: Sequence[Job], now: float, text: str) -> None:
+    def render(self, running: Sequence[Job], now: float) -> Table:
+        """The table of what runs and of the last that failed; its caption has the counts."""
+        table = Table(caption=self.summary(running, now))
+        for column in ("run", "state", "frame", "frames/s", "time"):
+            table.add_column(column, justify="left" if column in ("run", "state") else "right")
+        for job in self.failures[-MOST_FAILURES:]:
+            table.add_row(job.label, job.state, "", "", clock(job.seconds))
+        for job in running[:MOST_ROWS]:
+            said, seconds = _progress(job), now - job.started
+            rate = f"{said['frame'] / seconds:.1f}" if said and seconds > 0 else ""
+            again = f", try {job.tries}" if job.tries > 1 else ""
+            table.add_row(job.label, job.state + again, _frame(job), rate, clock(seconds))
+        return table
+
+    def summary(self, running: Sequence[Job], now: float) -> str:
+        """How many have ended and failed, how many a minute, and how long it will take."""
+        parts = [f"{self.ended} of {self.total} ended"]
+        if self.failures:
+            parts.append(f"{len(self.failures)} failed")
+        if self.lengths:
+            parts.append(f"{60 * len(self.lengths) / max(now - self.began, 1e-9):.1f} a minute")
+        left = self.time_left(running, now)
+        return ", ".join([*parts, f"about {clock(left)} left"] if left else parts)
+
+    def time_left(self, running: Sequence[Job], now: float) -> float | None:
+        """Seconds until the last job ends, from what jobs have needed so far; None before anything is known."""
+        lengths = self.lengths or [length for job in running if (length := _expected(job, now))]
+        if not lengths:
+            return None
+        mean = sum(lengths) / len(lengths)
+        waiting = self.total - self.ended - len(running)
+        total = mean * waiting + sum(max(0.0, mean - (now - job.started)) for job in running)
+        return total / max(1, min(self.workers, len(running) + waiting))
+
+    def _line(self, running: Sequence[Job], now: float, text: str) -> None:
         self.last = now
-        ended = sum(job.state in ("done", "failed") for job in jobs)
-        left = time_left(jobs, now)
+        left = self.time_left(running, now)
         ending = f", about {clock(left)} left" if left else ""
-        self.console.print(f"[{ended}/{len(jobs)}] {text}{ending}", markup=False, highlight=False, soft_wrap=True)
-
-
-def render(jobs: Sequence[Job], now: float) -> Table:
-    """The table of all jobs, or of those that run or have failed where all would not fit a screen."""
-    left = time_left(jobs, now)
-    ended = sum(job.state in ("done", "failed") for job in jobs)
-    ending = f", about {clock(left)} left" if left else ""
-    table = Table(caption=f"{ended} of {len(jobs)} ended{ending}")
-    for column in ("run", "state", "frame", "substeps", "time"):
-        table.add_column(column, justify="left" if column in ("run", "state") else "right")
-    shown = jobs if len(jobs) <= MOST_ROWS else [job for job in jobs if job.state in ("running", "failed")]
-    for job in shown[-MOST_ROWS:]:
-        frame, substeps = "", ""
-        seconds = job.seconds
-        if job.state == "running":
-            seconds = now - job.started
-            said = runs.progress(job.folder) if job.folder else {}
-            if said:
-                frame, substeps = f"{said['frame']}/{said['frames']}", str(said["substeps"])
-        table.add_row(job.label, job.state, frame, substeps, clock(seconds) if seconds else "")
-    return table
-
-
-def time_left(jobs: Sequence[Job], now: float) -> float | None:
-    """Seconds until the last job ends, from what the jobs have needed so far; None before anything is known."""
-    lengths = [job.seconds for job in jobs if job.state == "done" and job.seconds]
-    remaining = []
-    for job in jobs:
-        if job.state != "running":
-            continue
-        said = runs.progress(job.folder) if job.folder else {}
-        if said.get("frame"):
-            lengths.append((now - job.started) * said["frames"] / said["frame"])
-            remaining.append(lengths[-1] - (now - job.started))
-    if not lengths:
-        return None
-    mean = sum(lengths) / len(lengths)
-    running = sum(job.state == "running" for job in jobs)
-    waiting = sum(job.state == "waiting" for job in jobs)
-    total = sum(remaining) + mean * (running - len(remaining) + waiting)
-    return total / max(running, 1)
+        count = f"[{self.ended}/{self.total}]"
+        self.console.print(f"{count} {text}{ending}", markup=False, highlight=False, soft_wrap=True)
 
 
 def clock(seconds: float) -> str:
-    """Minutes and seconds."""
-    return f"{int(seconds) // 60}:{int(seconds) % 60:02d}"
+    """Hours, minutes and seconds; hours where there are any."""
+    minutes, rest = divmod(int(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"
+
+
+def _progress(job: Job) -> dict[str, int]:
+    return runs.progress(job.folder) if job.folder else {}
+
+
+def _expected(job: Job, now: float) -> float | None:
+    """Seconds that a job will have taken, by the frames that it has done; None while these are too few to tell."""
+    said = _progress(job)
+    if not said or said["frame"] < LEAST_DONE * said["frames"]:
+        return None
+    return (now - job.started) * said["frames"] / said["frame"]
+
+
+def _frame(job: Job) -> str:
+    said = _progress(job)
+    return f"{said['frame']}/{said['frames']}" if said else ""
+
+
+def _why(job: Job) -> str:
+    """Of a job that failed: the reason, in a line."""
+    if job.state == DONE:
+        return ""
+    cause = getattr(job.result.args[0] if job.result.args else None, "_return_value", job.result)
+    return f": {cause}".splitlines()[0] if job.state == FAILED or cause else ""
+
+
+@contextmanager
+def watching(configs: Sequence[Config]) -> Iterator[None]:
+    """Says now and then how far the store is with runs that others do, as long as the block lasts."""
+    ended = threading.Event()
+    thread = threading.Thread(target=_watch, args=(configs, ended), daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()
+
+
+def _watch(configs: Sequence[Config], ended: threading.Event) -> None:
+    """A line whenever the number of runs in some state has changed; looking takes a tenth of the time at most."""
+    console = Console(file=sys.__stderr__)
+    told, pause = "", WATCH_SECONDS
+    while not ended.wait(pause):
+        began = time.monotonic()
+        counts = Counter(standing.state for standing in states.standings(configs))
+        text = ", ".join(f"{counts[state]} {state}" for state in states.STATES if counts[state])
+        if text != told:
+            told = text
+            console.print(f"[{counts[states.DONE]}/{len(configs)}] {text}", markup=False, highlight=False)
+        pause = max(WATCH_SECONDS, 10.0 * (time.monotonic() - began))

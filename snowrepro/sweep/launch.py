@@ -1,0 +1,93 @@
+"""Hand runs to a launcher of Hydra's; which one, ``hydra/launcher`` says."""
+
+import contextlib
+import importlib.util
+import sys
+import traceback
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from hydra import initialize_config_dir
+from hydra._internal.callbacks import Callbacks
+from hydra.core.global_hydra import GlobalHydra
+from hydra.core.plugins import Plugins
+from hydra.types import HydraContext, RunMode
+from omegaconf import DictConfig, OmegaConf, open_dict
+
+from ..composition import CONF_DIR, own_options, quiet_about_schemas
+from ..errors import ConfigError, RunsFailed
+from ..run import run_raw
+from .plan import Plan, Planned
+from .table import watching
+
+LOG = "sweep.log"
+PLUGINS = {"hydra_plugins.hydra_ray_launcher": "ray", "hydra_plugins.hydra_submitit_launcher": "slurm"}
+
+
+def launch(plan: Plan, chosen: Sequence[Planned], memory_mb: float) -> None:
+    """Run some of a sweep's runs, by the launcher that its overrides name; each needs ``memory_mb``.
+
+    What becomes of them the store says: what a launcher returns of jobs that failed is not trusted.  Raises
+    ConfigError where its plug-in is not installed, RunsFailed where the launcher itself fails.
+    """
+    store = Path(plan.configs[0].store).resolve()
+    jobs = [_with_store(planned.overrides, store) for planned in chosen]
+    GlobalHydra.instance().clear()
+    with initialize_config_dir(version_base="1.3", config_dir=str(CONF_DIR), job_name="snowrepro"):
+        hydra = GlobalHydra.instance().hydra
+        assert hydra is not None
+        overrides = [*plan.overrides, *own_options()]
+        with quiet_about_schemas():
+            config = hydra.compose_config("config", overrides, RunMode.MULTIRUN, with_log_configuration=False)
+        _require_plugin(config)
+        _say_memory(config, memory_mb)
+        context = HydraContext(config_loader=hydra.config_loader, callbacks=Callbacks(config))
+        is_local = config.hydra.launcher._target_.endswith("LocalLauncher")  # which shows its jobs itself
+        with _noise_into(store / LOG), contextlib.nullcontext() if is_local else watching([p.config for p in chosen]):
+            _launch(jobs, context, config, store / LOG)
+
+
+def _launch(jobs: Sequence[Sequence[str]], context: HydraContext, config: DictConfig, log: Path) -> None:
+    """Have Hydra's launcher run the jobs.  Raises RunsFailed."""
+    try:
+        launcher = Plugins.instance().instantiate_launcher(hydra_context=context, task_function=run_raw, config=config)
+        size = OmegaConf.select(config, "hydra.sweeper.max_batch_size") or len(jobs)
+        for first in range(0, len(jobs), size):
+            launcher.launch(jobs[first : first + size], initial_job_idx=first)
+    except Exception as error:
+        traceback.print_exc()
+        raise RunsFailed(f"the launcher failed: {error or type(error).__name__} (more in {log})") from error
+    finally:
+        if ray := sys.modules.get("ray"):  # else it goes on to print
+            ray.shutdown()
+
+
+def _with_store(overrides: Sequence[str], store: Path) -> list[str]:
+    """A job's overrides with the store from the root: workers elsewhere start in other folders."""
+    quoted = str(store).replace("'", "\\'")
+    return [*(o for o in overrides if not o.startswith("store=")), f"store='{quoted}'"]
+
+
+def _require_plugin(config: DictConfig) -> None:
+    """Raises ConfigError where the launcher is a plug-in that is not installed."""
+    for package, extra in PLUGINS.items():
+        if config.hydra.launcher._target_.startswith(package) and importlib.util.find_spec(package) is None:
+            raise ConfigError(f"this launcher is not installed: pip install 'snowrepro[{extra}]'")
+
+
+def _say_memory(config: DictConfig, memory_mb: float) -> None:
+    """Tell a launcher that wants to know, and was not told by the user."""
+    if "memory_gb" in config.hydra.launcher and config.hydra.launcher.memory_gb is None:
+        with open_dict(config):
+            config.hydra.launcher.memory_gb = memory_mb / 1000.0
+
+
+@contextlib.contextmanager
+def _noise_into(log: Path) -> Iterator[None]:
+    """What libraries print goes into a file, for the table and the store tell it better."""
+    with (
+        open(log, "a", encoding="utf-8") as noise,
+        contextlib.redirect_stderr(noise),
+        contextlib.redirect_stdout(noise),
+    ):
+        yield
