@@ -12,15 +12,18 @@ if TYPE_CHECKING:
     from .composition import compose
     from .simulation import simulate
     from .store.runs import open_run
+    from .sweep.collect import open_sweep, sweep_table
 
-__all__ = ["classify", "compose", "open_run", "simulate", "summarise"]
+__all__ = ["classify", "compose", "open_run", "open_sweep", "simulate", "summarise", "sweep_table"]
 
 _HOMES = {
     "classify": ".analysis.classify",
     "compose": ".composition",
     "open_run": ".store.runs",
+    "open_sweep": ".sweep.collect",
     "simulate": ".simulation",
     "summarise": ".analysis.summary",
+    "sweep_table": ".sweep.collect",
 }
 
 

@@ -48,7 +48,8 @@ def test_a_diverging_run_fails_with_exit_3(snowrepro, tmp_path):
     assert "error: diverged in frame" in done.stderr
     assert "Traceback" not in done.stderr
     assert results(tmp_path) == []
-    (failed,) = (tmp_path / "runs").glob("*/failed.json")
+    (failed,) = (tmp_path / "runs" / ".work").glob("*/outcome.json")
+    assert json.loads(failed.read_text())["state"] == "failed"
     assert "diverged in frame" in json.loads(failed.read_text())["message"]
 
 
@@ -193,7 +194,7 @@ def test_an_interrupt_stores_nothing(tmp_path, sweep, with_signal):
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # ignored where tests run in the background
     )  # fmt: skip
     deadline = time.monotonic() + 120
-    while not list(tmp_path.glob("runs/*/progress.json")) and time.monotonic() < deadline:
+    while not list(tmp_path.glob("runs/.work/*/progress.json")) and time.monotonic() < deadline:
         time.sleep(0.05)
     if with_signal == "SIGINT":
         os.killpg(process.pid, signal.SIGINT)  # the terminal's Ctrl-C reaches every process
@@ -204,8 +205,8 @@ def test_an_interrupt_stores_nothing(tmp_path, sweep, with_signal):
     assert "interrupted" in errors
     assert "Traceback" not in errors
     assert results(tmp_path) == []
-    assert not list(tmp_path.glob("runs/*/*.part"))
-    assert not list(tmp_path.glob("runs/*/progress.json"))
+    assert not list(tmp_path.glob("runs/**/*.part"))
+    assert not list(tmp_path.glob("runs/.work/*/progress.json"))
 
 
 def test_kill_9_stores_nothing_and_the_next_call_mends_it(snowrepro, tmp_path):
@@ -213,19 +214,19 @@ def test_kill_9_stores_nothing_and_the_next_call_mends_it(snowrepro, tmp_path):
     command = [sys.executable, "-m", "snowrepro", "run", *SMALL]
     process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     deadline = time.monotonic() + 120
-    while not list(tmp_path.glob("runs/*/progress.json")) and time.monotonic() < deadline:
+    while not list(tmp_path.glob("runs/.work/*/progress.json")) and time.monotonic() < deadline:
         time.sleep(0.02)
     process.kill()
     process.wait()
     assert results(tmp_path) == []
     assert snowrepro("run", *SMALL).returncode == 0
     assert len(results(tmp_path)) == 1
-    assert not list(tmp_path.glob("runs/*/progress.json"))
+    assert not list(tmp_path.glob("runs/.work/*/progress.json"))
 
 
 def test_own_options_as_the_readme_shows(snowrepro, tmp_path):
     """Its floor of points and snow of an SVG path, in one run, in a sweep, and in the list of names."""
-    blocks = re.findall(r"```yaml\n# (conf/\S+)\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    blocks = re.findall(r"```yaml\n# (conf/(?!hydra)\S+)\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
     assert [name for name, _ in blocks] == ["conf/floor/gutter.yaml", "conf/shape/drop.yaml"]
     for name, text in blocks:
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)

@@ -1,0 +1,5 @@
+"""The command line: ``snowrepro``."""
+
+from .main import main
+
+__all__ = ["main"]

@@ -1,0 +1,229 @@
+"""Entry point: the commands, what they take, and how each ends."""
+
+import argparse
+import importlib
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from ..errors import ExitCode, SnowreproError
+
+DEFAULT_SEEDS = 3  # of claims
+EXITS = "exit codes: 0 fine, 2 bad input (config, folder), 3 runs failed, 130 interrupted"
+RUN_HELP = f"""\
+A run or sweep that was stopped in whatever way goes on where it was; what is done is not done again.  Several
+calls at once, on one machine or many, share the work.  seeds=N is short for seed=0,..,N-1.
+
+examples:
+  snowrepro run shape=ball floor=L pressure=2000 sintering=paper fidelity=preview
+  snowrepro run -m pressure=500,2000 sintering=paper,none
+  snowrepro run experiment=fig5
+  snowrepro run experiment=grid hydra.launcher.workers=4 hydra.launcher.time_limit_minutes=30
+  snowrepro run experiment=grid hydra/launcher=ray
+  snowrepro run experiment=grid rerun=[code]       again, what was made by other code
+
+{EXITS}
+"""
+PLAN_HELP = """\
+Says without running anything what 'snowrepro run' with the same words would run, why, and how long it would take.
+
+examples:
+  snowrepro plan experiment=grid seeds=3
+  snowrepro plan experiment=grid rerun=[code,environment] --list
+  snowrepro plan experiment=grid --sbatch grid.sh     a job array for Slurm; then: sbatch grid.sh
+"""
+STATUS_HELP = """\
+Without a name: every sweep that the store remembers.
+
+examples:
+  snowrepro status
+  snowrepro status grid
+  snowrepro status experiment=grid fidelity=preview store=/shared/runs
+"""
+RETRY_HELP = f"""\
+A run that diverged is not run again by itself, as it would diverge again.  This runs what failed or took too long.
+
+examples:
+  snowrepro retry grid
+  snowrepro retry grid hydra.launcher.time_limit_minutes=60
+  snowrepro retry ball-L-530-paper-paper-0-2f63b27e3e
+
+{EXITS}
+"""
+DIFF_HELP = """\
+What differs between two runs, or two sweeps cell by cell: configuration, code, environment, results.
+
+examples:
+  snowrepro diff ball-L-530-paper-paper-0-2f63b27e3e ball-L-530-paper-paper-1-0b9a8e9d2c
+  snowrepro diff fig5 fig5,fidelity=preview
+"""
+CLEAN_HELP = """\
+Shows what could go and how much room it takes; asks before it removes what is named (scraps if nothing is).
+
+  scraps        what killed processes left behind of runs that are done, and the trash
+  failed        records and last good states of runs that failed
+  unfinished    checkpoints of runs that were stopped
+  broken        results that are not as they were written
+  unused        results that no remembered sweep asks for
+  launchers     logs and scripts of Hydra's launchers
+"""
+CLASSIFY_HELP = """\
+A file needs 'position' (time, particle, axis), or 'x' and 'y' (time, particle); it may have 'mass', 'velocity', a
+coordinate of frame numbers, and the attributes release_frame, grid_spacing and cell_mass.  A particle that is NaN
+from some frame to the last has vanished.
+
+examples:
+  snowrepro classify ball-L-530-paper-paper-0-2f63b27e3e
+  snowrepro classify other.nc --release 40 definition=proximity --frames all --out fragments
+"""
+CLAIMS_HELP = f"""\
+Runs the experiment with the seeds 0 to N - 1, as far as it is not done, and judges the paper's claims by the
+rules of conf/claims: a table here; pictures, claims.json and claims.csv in reports/<experiment>/claims/.
+
+examples:
+  snowrepro claims experiment=fig5
+  snowrepro claims experiment=grid seeds=5 fidelity=preview
+
+{EXITS.replace("fine,", "fine, whatever the verdicts,")}
+"""
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Entry point; exits with an ``ExitCode``."""
+    parser = _parser()
+    options, more = parser.parse_known_args(arguments)
+    if more and ("overrides" not in options or any(text.startswith("-") for text in more)):
+        parser.error(f"unrecognized arguments: {' '.join(more)}")
+    if more:
+        options.overrides += more  # argparse stops at an option between overrides
+    from .screen import say  # rich and what the commands need are not loaded to show a help
+
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # a batch system's end is as orderly as Ctrl-C
+    try:
+        code = options.command(options)
+        sys.stdout.flush()
+    except BrokenPipeError:  # whoever read, has read enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = ExitCode.FINE
+    except KeyboardInterrupt:
+        say("interrupted; what was finished is kept, the same command goes on from there")
+        code = ExitCode.INTERRUPTED
+    except SnowreproError as error:
+        say(f"error: {error}")
+        code = error.exit_code
+    sys.exit(int(code))
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="snowrepro", description='Reproduce "Snow Simulation Considering Pressure Sintering".'
+    )
+    commands = parser.add_subparsers(required=True, metavar="command")
+    for add in (_add_sweeps, _add_stored, _add_looking):
+        add(commands)
+    return parser
+
+
+def _add(
+    commands: argparse._SubParsersAction, name: str, function: str, text: str, more: str = ""
+) -> argparse.ArgumentParser:
+    """A command with its help and what follows it; ``function`` is "module.name" in this package."""
+    module, called = function.split(".")
+    command = commands.add_parser(
+        name, help=text, description=text, epilog=more, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    command.set_defaults(
+        command=lambda options: getattr(importlib.import_module(f".{module}", __package__), called)(options)
+    )
+    return command
+
+
+def _add_sweeps(commands: argparse._SubParsersAction) -> None:
+    """Commands on what is to be run."""
+    overrides = "Hydra overrides; 'snowrepro config' shows what there is"
+    several = "the overrides name several runs"
+    sweep = "name of a remembered sweep, or the overrides that make one"
+
+    run = _add(commands, "run", "sweeps.run_command", "simulate one run, a sweep or an experiment", RUN_HELP)
+    run.add_argument("-m", "--multirun", action="store_true", help=several)
+    run.add_argument(
+        "--part", metavar="I/N", help="only every N-th run from the I-th on, and no report: for job arrays"
+    )
+    run.add_argument("overrides", nargs="*", help=overrides)
+
+    claims = _add(
+        commands, "claims", "sweeps.claims_command", "decide the paper's claims by an experiment with several seeds",
+        CLAIMS_HELP,
+    )  # fmt: skip
+    claims.add_argument(
+        "overrides", nargs="*", help=f"experiment=..., seeds=N (default: {DEFAULT_SEEDS}) and other overrides"
+    )
+    claims.set_defaults(default_seeds=DEFAULT_SEEDS)
+
+    plan = _add(commands, "plan", "sweeps.plan_command", "say what would be run, why, and how long it takes", PLAN_HELP)
+    plan.add_argument("-m", "--multirun", action="store_true", help=several)
+    plan.add_argument("--list", action="store_true", help="every run with its reason")
+    plan.add_argument("--verify", action="store_true", help="read all results, and not just their sizes and times")
+    plan.add_argument("--sbatch", type=Path, metavar="FILE", help="write a job array for Slurm")
+    plan.add_argument(
+        "--tasks", type=int, default=1000, metavar="N", help="of the array, at most (default: %(default)s)"
+    )
+    plan.add_argument("overrides", nargs="*", help=sweep)
+
+    status = _add(commands, "status", "sweeps.status_command", "how far sweeps are", STATUS_HELP)
+    status.add_argument("-m", "--multirun", action="store_true", help=several)
+    status.add_argument("--list", action="store_true", help="every run with its state")
+    status.add_argument("--verify", action="store_true", help="read all results, and not just their sizes and times")
+    status.add_argument("overrides", nargs="*", help=sweep)
+
+    retry = _add(commands, "retry", "sweeps.retry_command", "run again what failed", RETRY_HELP)
+    retry.add_argument("-m", "--multirun", action="store_true", help=several)
+    retry.add_argument("overrides", nargs="+", help=f"id of a run, {sweep}; and settings of the launcher")
+
+
+def _add_stored(commands: argparse._SubParsersAction) -> None:
+    """Commands on what the store holds."""
+    explain = _add(
+        commands, "explain", "stored.explain_command", "why a run is done, stale, failed or not run; its log"
+    )
+    explain.add_argument("run", help="id of a run, or its beginning or end")
+    _add_store(explain)
+
+    diff = _add(commands, "diff", "stored.diff_command", "what differs between two runs or two sweeps", DIFF_HELP)
+    diff.add_argument("a", metavar="A", help="id or path of a run, or name of a sweep")
+    diff.add_argument("b", metavar="B", help="likewise")
+    _add_store(diff)
+
+    clean = _add(commands, "clean", "stored.clean_command", "remove what is not needed from the store", CLEAN_HELP)
+    clean.add_argument("kinds", nargs="*", metavar="kind", help="see below")
+    clean.add_argument("--yes", action="store_true", help="do not ask")
+    _add_store(clean)
+
+
+def _add_looking(commands: argparse._SubParsersAction) -> None:
+    """Commands on one run or configuration."""
+    show = _add(commands, "config", "looking.config_command", "print the configuration that the overrides give")
+    show.add_argument("overrides", nargs="*")
+
+    classify = _add(
+        commands, "classify", "looking.classify_command", "lumps and powder of a run, or of any particles over time",
+        CLASSIFY_HELP,
+    )  # fmt: skip
+    classify.add_argument("data", help="id of a run in the store, or a NetCDF file")
+    classify.add_argument("overrides", nargs="*", metavar="setting=value", help="of the analysis: conf/analysis")
+    _add_store(classify)
+    classify.add_argument("--release", type=int, metavar="FRAME", help="when bonds are laid, if the file does not say")
+    classify.add_argument("--grid-spacing", type=float, metavar="LENGTH", help="likewise; default: from the particles")
+    classify.add_argument("--frames", choices=("last", "all"), default="last", help="of which fragments are wanted")
+    classify.add_argument("--out", type=Path, metavar="FOLDER", help="write fragments.csv, fragments.nc, measures.json")
+
+    film = _add(commands, "film", "looking.film_command", "an mp4 of a run, beside it coloured by fragment")
+    film.add_argument("run", help="id of a run in the store, or path of its file")
+    _add_store(film)
+    film.add_argument("--out", type=Path, metavar="FILE", help="default: film.mp4 beside the run's file")
+
+
+def _add_store(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--store", default="runs", help="folder that keeps the runs (default: %(default)s)")

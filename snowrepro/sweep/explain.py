@@ -1,0 +1,76 @@
+"""Why a run is done, stale, failed or not run, in words; its log below."""
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+from ..composition import compose, config_from
+from ..config import Config
+from ..errors import ConfigError
+from ..store import lease, manifest, runs, states
+from ..store.files import read_json
+from . import record
+
+LOG_LINES = 15
+MOST_NAMED = 10
+
+
+def explain(name: str, store: str | Path) -> list[str]:
+    """Lines on the run whose id is, begins with or ends in ``name``.  Raises ConfigError if it is none or several."""
+    config = config_of_run(name, store)
+    folder, work = runs.run_dir(config), runs.work_dir(config)
+    found = states.standing(config, thorough=True)
+    lines = [f"{runs.identify(config)}: {found.state}", f"  {found.reason}"]
+    if found.state == states.DONE:
+        lines += _made(manifest.read(folder))
+        lines += [f"  stale by {kind}: {what}; rerun=[{kind}] runs it again" for kind, what in found.stale.items()]
+    if found.final:
+        lines.append("  not run again: this code would fail again; 'snowrepro retry' tries all the same")
+    if found.state in (states.BROKEN, states.FAILED, states.TIMED_OUT, states.INTERRUPTED) and not found.final:
+        lines.append("  the next 'snowrepro run' of it runs it again")
+    died = lease.dead_holder(work)
+    lines += [f"  last worked on by {died}, which died"] if died else []
+    asking = [name for name in record.names(store) if folder.name in record.read(name, store).cells.values()]
+    lines.append(f"  asked for by: {', '.join(asking) or 'no sweep that the store remembers'}")
+    for log in (folder / runs.LOG, work / runs.LOG):
+        if log.exists():
+            lines += [f"  {log}:", *(f"    {line}" for line in log.read_text("utf-8").splitlines()[-LOG_LINES:])]
+    return lines
+
+
+def config_of_run(name: str, store: str | Path) -> Config:
+    """The configuration of a run that the store holds, works on, or was asked for.  Raises ConfigError."""
+    known = sorted(run_id for run_id in _known(Path(store)) if run_id.startswith(name) or run_id.endswith(name))
+    if name in known:
+        known = [name]
+    if len(known) != 1:
+        several = f"{len(known)} runs are: {', '.join(known[:MOST_NAMED])}" if known else "no run is"
+        raise ConfigError(f"'{name}' should name one run of the store '{store}'; {several}")
+    plain = manifest.read(Path(store) / known[0]).get("config") or read_json(
+        Path(store) / runs.WORK / known[0] / runs.CONFIG
+    )
+    if plain:
+        return config_from({**plain, "store": str(store)})
+    return compose([*_cells(Path(store))[known[0]].split(" "), f"store={store}"])
+
+
+def _made(written: dict) -> Iterator[str]:
+    """What made a result, and what it took."""
+    yield f"  took {written.get('wall_seconds', 0):.4g} s and at most {written.get('peak_memory_mb', '?')} MB"
+    yield f"  made by commit {written.get('git_state')} on {written.get('machine')}"
+    yield f"  with {written.get('versions')}"
+
+
+def _known(store: Path) -> set[str]:
+    """Ids of all runs that a store holds, works on, or was asked for."""
+    found = set(_cells(store))
+    for folder in (store, store / runs.WORK):
+        if folder.is_dir():
+            found.update(name for name in os.listdir(folder) if (folder / name).is_dir() and not name.startswith("."))
+    return found - {record.SWEEPS}
+
+
+def _cells(store: Path) -> dict[str, str]:
+    """The overrides of each run that a remembered sweep asks for, by its id."""
+    cells = (record.read(name, store).cells for name in record.names(store))
+    return {run_id: overrides for asked in cells for overrides, run_id in asked.items()}

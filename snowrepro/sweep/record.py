@@ -1,0 +1,79 @@
+"""What the store remembers of a sweep: the overrides that asked for it, and which run each of its cells was."""
+
+import hashlib
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime, timezone
+from pathlib import Path
+
+from ..errors import ConfigError
+from ..store import runs
+from ..store.files import read_json, write_json
+from .plan import Plan
+
+SWEEPS = "sweeps"
+RECORD = "sweep.json"
+# Overrides that change no result, and so no sweep.
+NOT_NAMED = ("store", "reports", "rerun", "threads", "deterministic", "checkpoint_seconds", "hydra")
+MOST_LETTERS = 120
+
+
+@dataclass(frozen=True)
+class Record:
+    """A sweep as it was asked for last.  ``cells``: the run's id by what its overrides say of it."""
+
+    name: str
+    overrides: tuple[str, ...]
+    recorded: str
+    cells: Mapping[str, str]
+
+
+def name_of(overrides: Sequence[str]) -> str:
+    """A sweep's name: its experiment, then its other overrides in order; the same for any order of them."""
+    named = [o for o in overrides if re.split(r"[./=@]", o.lstrip("+~"), maxsplit=1)[0] not in NOT_NAMED]
+    experiments = [o.removeprefix("experiment=") for o in named if o.startswith("experiment=")]
+    text = ",".join([*experiments, *sorted(o for o in named if not o.startswith("experiment="))]) or "default"
+    text = re.sub(r"[^\w.,=+~-]+", "_", text)
+    if len(text) > MOST_LETTERS:
+        text = f"{text[:MOST_LETTERS]}-{hashlib.sha256(text.encode()).hexdigest()[:8]}"
+    return text
+
+
+def folder_of(name: str, store: str | Path) -> Path:
+    """Where the store keeps what belongs to a sweep as a whole."""
+    return Path(store) / SWEEPS / name
+
+
+def write(plan: Plan) -> Path:
+    """Remember a sweep, in place of what was remembered under its name; returns its folder."""
+    folder = folder_of(name_of(plan.overrides), plan.configs[0].store)
+    write_json(
+        folder / RECORD,
+        {
+            "name": folder.name,
+            "overrides": [o for o in plan.overrides if not o.startswith("store=")],
+            "recorded": datetime.now(timezone.utc).isoformat(timespec="seconds"),
+            "cells": cells_of(plan),
+        },
+    )
+    return folder
+
+
+def cells_of(plan: Plan) -> dict[str, str]:
+    """Each run's id by its overrides."""
+    return {" ".join(planned.overrides): runs.identify(planned.config) for planned in plan.runs}
+
+
+def read(name: str, store: str | Path) -> Record:
+    """What was remembered of a sweep.  Raises ConfigError with the names that there are."""
+    said = read_json(folder_of(name, store) / RECORD)
+    if not said:
+        known = ", ".join(sorted(names(store))) or "none yet"
+        raise ConfigError(f"there is no sweep '{name}' in the store '{store}'; there are: {known}")
+    return Record(said["name"], tuple(said["overrides"]), said["recorded"], said["cells"])
+
+
+def names(store: str | Path) -> list[str]:
+    """The sweeps that a store remembers."""
+    return sorted(path.parent.name for path in (Path(store) / SWEEPS).glob(f"*/{RECORD}"))
