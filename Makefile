@@ -6,7 +6,7 @@ CLAIMS ?= fig5
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: reproduce test validate lint lock benchmark clean
+.PHONY: reproduce test slow validate lint lock benchmark clean
 
 reproduce: $(VENV)/installed  ## Figure 5 and what three seeds say of its claims; EXPERIMENTS="fig2 fig6" CLAIMS=fig6 for others
 	set -e; for name in $(EXPERIMENTS); do $(BIN)/snowrepro run experiment=$$name fidelity=$(FIDELITY); done
@@ -17,6 +17,9 @@ test: $(VENV)/installed  ## the fast tests
 
 validate: $(VENV)/installed  ## all tests, with a table of what was compared with theory
 	$(BIN)/python -m pytest -n auto --validation-page=reports/validation/index.md
+
+slow: $(VENV)/installed  ## those tests that make test leaves out
+	$(BIN)/python -m pytest -n auto -m slow
 
 lint: $(VENV)/installed
 	$(BIN)/ruff check .

@@ -1,5 +1,6 @@
 """The benchmarks run, and their peers compute what snowrepro does; how fast they are, is not tested."""
 
+import subprocess
 import sys
 from pathlib import Path
 
@@ -61,3 +62,13 @@ def test_a_case_runs_in_a_process(code):
     if not case.installed:
         pytest.skip(f"{code} is not installed")
     assert all(measured.rate > 0 and measured.megabytes > 0 for measured in at_once([case, case]))
+
+
+@pytest.mark.slow
+def test_the_sweeps_are_measured():
+    """In small."""
+    script = Path(__file__).parents[1] / "benchmarks" / "sweeps.py"
+    done = subprocess.run([sys.executable, script, "--quick"], capture_output=True, text=True, timeout=600)
+    assert done.returncode == 0, done.stderr
+    assert "`snowrepro plan` of 168 runs, 20 of them finished" in done.stdout
+    assert "4 preview runs, one worker: a run beyond the solver" in done.stdout

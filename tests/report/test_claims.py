@@ -126,7 +126,7 @@ def test_a_missing_run_is_not_run_and_named(judged):
     assert [name for name, word in words.items() if word == "NOT RUN"] == ["C1", "C5"]
     assert record["scenes"][0]["P50"]["pressure"] is None
     assert [run["done"] for run in record["runs"]].count(False) == 1
-    assert "**missing**: star on stair3, 530, paper, seed 2: not run" in (report.folder / "index.md").read_text()
+    assert "**missing**: star on stair3, 530, paper, seed 2: never run" in (report.folder / "index.md").read_text()
     assert "no result at 530" in "\n".join(report.lines)
 
 

@@ -44,7 +44,7 @@ def test_report_shows_runs_and_what_is_missing(stored):
     c3 = page.split("| C3 |")[1].splitlines()[0]
     assert "INCONCLUSIVE (pressures calibrated here)" in c3 and "one seed decides nothing; the numbers" in c3
     assert "`snowrepro claims experiment=fig5 seeds=3`" in page
-    assert "**missing**: ball on L, 3000, none, seed 0: not run" in page
+    assert "**missing**: ball on L, 3000, none, seed 0: never run" in page
     assert "snowrepro run experiment=fig5" in page
     assert len(pd.read_csv(report.folder / "summary.csv")) == 1
     for name in ("strip.png", "fragments.png"):
@@ -215,7 +215,7 @@ def test_lumps_are_set_beside_hardness(stored):
     assert report.verdict.startswith("Too few runs")
     page = (report.folder / "index.md").read_text()
     assert "ball on L, 3000, paper, seed 0, indented: " in page
-    assert "**missing**: ball on L, 3000, none, seed 0: not run" in page
+    assert "**missing**: ball on L, 3000, none, seed 0: never run" in page
     table = pd.read_csv(report.folder / "summary.csv")
     assert table["indenter"].notna().tolist() == [False, True]
     assert table["hardness"].notna().tolist() == [False, True]
