@@ -31,7 +31,6 @@ PRELOADED = ["snowrepro.run", "snowrepro.sweep.processes", "hydra.core.utils"]
 ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
 
 WAITING, RUNNING, DONE, FAILED, TIMED_OUT = "waiting", "running", "done", "failed", "timed out"
-ENDED = (DONE, FAILED, TIMED_OUT)
 
 
 @dataclass(frozen=True)
