@@ -47,7 +47,7 @@ def main() -> None:
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         rows = [*large(Path(folder), options.quick), *small(Path(folder), FEW if options.quick else GRID)]
-    text = f"# Sweeps\n\n{machine()}\n\n{in_markdown(['what', 'measured'], rows)}\n"
+    text = "\n".join(["# Sweeps", "", machine(), "", *in_markdown(["what", "measured"], rows), ""])
     if options.write:
         RESULTS.write_text(text, encoding="utf-8")
     print(text, end="")

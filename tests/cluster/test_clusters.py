@@ -129,3 +129,29 @@ def test_an_own_cluster_file_is_found(cluster, tmp_path):
     overrides = ("hydra/launcher=mycluster", *cluster.overrides[1:])
     assert start(Cluster(cluster.kind, overrides, cluster.env), tmp_path, "pressure=500").wait(PATIENCE) == 0
     assert len(finished(tmp_path)) == 2
+
+
+@pytest.mark.slow
+def test_a_job_array_needs_no_process_that_waits(slurm, tmp_path):
+    """plan --sbatch, sbatch, nothing else: all runs are there when the queue is empty; then nothing is to be run."""
+    env = {**slurm.env, "PYTHONPATH": str(ROOT)}
+    plan = [
+        sys.executable,
+        "-m",
+        "snowrepro",
+        "plan",
+        *EXPERIMENT[1:],
+        f"store={tmp_path}/store",
+        "--sbatch",
+        "fig5.sh",
+    ]
+    planned = subprocess.run(plan, cwd=tmp_path, env=env, capture_output=True, text=True)
+    assert planned.returncode == 0, planned.stderr
+    assert "#SBATCH --array=1-6\n" in (tmp_path / "fig5.sh").read_text()
+    subprocess.run(["sbatch", "fig5.sh"], cwd=tmp_path, env=env, check=True, capture_output=True)
+    (tmp_path / "out.txt").touch()
+    wait_for(lambda: len(finished(tmp_path)) == 6 and not queue(slurm), "six results", tmp_path)
+    assert len(list((tmp_path / "store" / "sweeps").glob("*/slurm-*.log"))) == 6
+    assert not (tmp_path / "reports").exists()
+    again = subprocess.run(plan, cwd=tmp_path, env=env, capture_output=True, text=True)
+    assert again.returncode == 2 and "nothing is to be run" in again.stderr
