@@ -89,8 +89,7 @@ def status_command(options: argparse.Namespace) -> ExitCode:
         return _all_sweeps(store)
     plan = _sweep(options.overrides, options.multirun)
     decided = todo.decide(plan, options.verify)
-    counts = ", ".join(f"{decided.count(state)} {state}" for state in states.STATES if decided.count(state))
-    print(f"{record.name_of(plan.overrides)}: {counts}")
+    print(f"{record.name_of(plan.overrides)}: {_counts(decided)}")
     for state in states.STATES:
         found = [d for d in decided.decisions if d.standing.state == state]
         told = found if options.list else found[:MOST_LISTED] if state not in (states.DONE, states.PENDING) else []
@@ -99,7 +98,7 @@ def status_command(options: argparse.Namespace) -> ExitCode:
         if told and len(told) < len(found):
             print(f"{state:11}  and {len(found) - len(told)} more: --list")
     if decided.to_run:
-        print(_time_left(decided, _expected(plan, decided)))
+        print(_time_left(plan, decided, _expected(plan, decided)))
     return ExitCode.FINE
 
 
@@ -202,15 +201,24 @@ def _plan_lines(plan: Plan, decided: "Todo", expected: "Estimate") -> list[str]:
                 lines.append(f"  {verb}: {count}, {why}")
     for (kind, what), count in decided.stale().most_common(3):
         lines.append(f"  done with other {kind}: {count} ({what}); rerun=[{kind}] runs them again")
-    return [*lines, _time_left(decided, expected)] if decided.to_run else lines
+    return [*lines, _time_left(plan, decided, expected)] if decided.to_run else lines
 
 
-def _time_left(decided: "Todo", expected: "Estimate") -> str:
+def _counts(decided: "Todo") -> str:
+    """How many runs are in each state."""
+    return ", ".join(f"{decided.count(state)} {state}" for state in states.STATES if decided.count(state))
+
+
+def _time_left(plan: Plan, decided: "Todo", expected: "Estimate") -> str:
     """How long what is to be run takes, in a line."""
     from ..sweep.processes import usable_cores
     from ..sweep.table import clock
 
-    workers = min(usable_cores(), len(decided.to_run))
+    asked = [
+        o.removeprefix("hydra.launcher.workers=") for o in plan.overrides if o.startswith("hydra.launcher.workers=")
+    ]
+    at_a_time = int(asked[-1]) if asked and asked[-1].isdecimal() else 0
+    workers = min(at_a_time or usable_cores(), len(decided.to_run))
     source = f"from {expected.measured} finished runs" if expected.measured else "a guess: no run is finished yet"
     hours, wall = expected.seconds / 3600.0, clock(expected.seconds / workers)
     return f"  about {hours:.2f} core-hours, {wall} with {workers} at a time ({source})"
@@ -225,9 +233,11 @@ def _all_sweeps(store: str) -> ExitCode:
         say(f"the store '{store}' remembers no sweep")
     for name in names:
         found = record.read(name, store)
-        decided = todo.decide(make_plan([*found.overrides, f"store={store}"], True))
-        counts = ", ".join(f"{decided.count(state)} {state}" for state in states.STATES if decided.count(state))
-        print(f"{name}: {counts}; asked for {found.recorded}")
+        try:
+            decided = todo.decide(make_plan([*found.overrides, f"store={store}"], True))
+            print(f"{name}: {_counts(decided)}; asked for {found.recorded}")
+        except ConfigError as error:  # its options were renamed or are another folder's
+            print(f"{name}: cannot be planned any more: {error}")
     return ExitCode.FINE
 
 

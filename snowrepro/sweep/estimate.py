@@ -16,7 +16,7 @@ from ..store.provenance import environment
 
 MOST_MEASURED = 1000  # the newest runs of a store: enough to find a like one
 MOST_LIKE = 9
-LAUNCH_SECONDS = 0.6  # of a run beyond its frames: its process, writing the result, its row of numbers
+LAUNCH_SECONDS = 0.8  # of a run beyond its frames: its process, writing the result, its row of numbers
 # Where a store has no run yet: preview fidelity on an AMD EPYC of 2024.
 GUESS_STARTUP, GUESS_COST, GUESS_MEMORY_MB = 1.5, 4.5e-6, 400.0
 # How unlike runs are that differ in this; a factor 2 of pressure is 1.

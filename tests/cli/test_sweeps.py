@@ -360,6 +360,9 @@ def test_status_and_results_of_a_sweep(tmp_path, snowrepro):
     assert named == snowrepro("status", *sweep).stdout
     assert ": 1 done, 1 failed\n" in named and "diverged in frame" in named
     assert {"sweep.json", "results.csv", "results.nc"} == {path.name for path in folder.iterdir()}
+    record = json.loads((folder / "sweep.json").read_text())
+    (folder / "sweep.json").write_text(json.dumps({**record, "overrides": ["shape=gone"]}))
+    assert f"{folder.name}: cannot be planned any more: there is no shape 'gone'" in snowrepro("status").stdout
     wrong = snowrepro("status", "fig6")
     assert wrong.returncode == 2 and f"there are: {folder.name}" in wrong.stderr
 
