@@ -149,8 +149,13 @@ def _sweep(overrides: Sequence[str], multirun: bool) -> Plan:
 
 def _split_store(overrides: Sequence[str]) -> tuple[str, list[str]]:
     """The store that overrides name, or the default; and the other overrides."""
-    named = [text.removeprefix("store=") for text in overrides if text.startswith("store=")]
-    return named[-1] if named else "runs", [text for text in overrides if not text.startswith("store=")]
+    return _last(overrides, "store") or "runs", [text for text in overrides if not text.startswith("store=")]
+
+
+def _last(overrides: Sequence[str], key: str) -> str | None:
+    """The value that a key is given last."""
+    values = [text.removeprefix(f"{key}=") for text in overrides if text.startswith(f"{key}=")]
+    return values[-1] if values else None
 
 
 def _run_missing(plan: Plan, is_whole: bool = True) -> None:
@@ -214,10 +219,8 @@ def _time_left(plan: Plan, decided: "Todo", expected: "Estimate") -> str:
     from ..sweep.processes import usable_cores
     from ..sweep.table import clock
 
-    asked = [
-        o.removeprefix("hydra.launcher.workers=") for o in plan.overrides if o.startswith("hydra.launcher.workers=")
-    ]
-    at_a_time = int(asked[-1]) if asked and asked[-1].isdecimal() else 0
+    asked = _last(plan.overrides, "hydra.launcher.workers") or "0"
+    at_a_time = int(asked) if asked.isdecimal() else 0
     workers = min(at_a_time or usable_cores(), len(decided.to_run))
     source = f"from {expected.measured} finished runs" if expected.measured else "a guess: no run is finished yet"
     hours, wall = expected.seconds / 3600.0, clock(expected.seconds / workers)
