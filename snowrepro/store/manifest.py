@@ -16,6 +16,7 @@ MANIFEST = "manifest.json"
 _encode = json.JSONEncoder(sort_keys=True).encode
 # What turns a configuration into numbers, from the package's folder.
 SOURCES = ("config.py", "simulation.py", "units.py", "mpm/*.py", "physics/*.py", "scene/*.py")
+MOST_FILES = 3  # named of those that changed
 # Settings that do not make another run, and still could change its bits if a promise were broken.
 WAYS = ("threads", "deterministic")
 
@@ -62,7 +63,7 @@ def stale(manifest: Mapping[str, Any], config: Config) -> dict[str, str]:
     before, ways = manifest.get("config", {}), {key: getattr(config, key) for key in WAYS}
     kinds = {
         "config": differences({key: before.get(key) for key in WAYS}, ways),
-        "code": [f"{name} changed" for name in _changed(manifest.get("code", {}), CODE)],
+        "code": _changed(manifest.get("code", {}), CODE),
         "environment": differences(manifest.get("environment", {}), environment()),
     }
     return {kind: ", ".join(found) for kind, found in kinds.items() if found}
@@ -97,7 +98,10 @@ def code_digest() -> str:
 
 
 def _changed(before: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
-    return sorted(name for name in {*before, *now} if before.get(name) != now.get(name))
+    """The files that differ, in a phrase; none if none does."""
+    names = sorted(name for name in {*before, *now} if before.get(name) != now.get(name))
+    more = f" and {len(names) - MOST_FILES} more files" if len(names) > MOST_FILES else ""
+    return [f"{', '.join(names[:MOST_FILES])}{more} changed"] if names else []
 
 
 def _describe(path: Path) -> dict[str, Any]:
