@@ -4,7 +4,6 @@ Hydra scans this module in every application of the environment, so heavy import
 """
 
 import functools
-import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,8 +15,6 @@ from hydra.core.utils import JobReturn, JobStatus, configure_log, filter_overrid
 from hydra.plugins.launcher import Launcher
 from hydra.types import HydraContext, TaskFunction
 from omegaconf import DictConfig, open_dict
-
-log = logging.getLogger("snowrepro")
 
 
 @dataclass
@@ -99,7 +96,10 @@ class LocalLauncher(Launcher):
 
 
 class TaskFailed(Exception):
-    """A job whose task raised; holds the JobReturn that says what."""
+    """A job whose task raised; holds the JobReturn that says what, and says the same."""
+
+    def __str__(self) -> str:
+        return str(self.args[0]._return_value)
 
 
 def execute(

@@ -137,8 +137,7 @@ def _sweep(overrides: Sequence[str], multirun: bool) -> Plan:
 
     store, words = _split_store(overrides)
     if words and words[0] in record.names(store):
-        found = record.read(words[0], store)
-        return make_plan([*found.overrides, f"store={store}", *words[1:]], True)
+        return record.plan_of(words[0], store, words[1:])
     if words and "=" not in words[0]:
         record.read(words[0], store)  # says which there are
     plan = _asked_for(overrides, multirun)
@@ -237,7 +236,7 @@ def _all_sweeps(store: str) -> ExitCode:
     for name in names:
         found = record.read(name, store)
         try:
-            decided = todo.decide(make_plan([*found.overrides, f"store={store}"], True))
+            decided = todo.decide(record.plan_of(name, store))
             print(f"{name}: {_counts(decided)}; asked for {found.recorded}")
         except ConfigError as error:  # its options were renamed or are another folder's
             print(f"{name}: cannot be planned any more: {error}")

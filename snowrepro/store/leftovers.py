@@ -18,8 +18,10 @@ class Leftover:
     bytes: int
 
     def remove(self) -> None:
-        """Take it out of the store at once, then remove it."""
-        if self.path.is_dir():
+        """Take it out of the store at once, so that no half of it is ever there, then remove it."""
+        if self.path.is_dir() and self.path.parent.name != runs.TRASH:
+            runs.discard(self.path)
+        elif self.path.is_dir():
             shutil.rmtree(self.path, ignore_errors=True)
         else:
             self.path.unlink(missing_ok=True)

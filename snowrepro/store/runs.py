@@ -7,7 +7,6 @@ An unfinished one is a folder ``.work/<id>``: who works on it (see ``lease``), `
 ``checkpoint.npz`` with what it takes to go on, and ``outcome.json`` with how the last attempt ended.
 """
 
-import json
 import os
 import shutil
 import uuid
@@ -185,8 +184,7 @@ def has_failed_for_good(said: Mapping[str, Any]) -> bool:
 
 def save_summary(config: Config, key: str, row: dict) -> None:
     """Keep a run's summary row beside its result, under the key of the analysis that made it."""
-    with published(run_dir(config) / SUMMARY, durable=False) as partial:
-        partial.write_text(json.dumps({"key": key, "row": row}))
+    write_json(run_dir(config) / SUMMARY, {"key": key, "row": row}, durable=False)
 
 
 def summary(config: Config, key: str) -> dict | None:
@@ -220,8 +218,8 @@ def analysis(config: Config, key: str) -> xr.Dataset | None:
 
 def save_progress(config: Config, frame: int, frames: int, substeps: int) -> None:
     """Say how far a run is, for whoever watches."""
-    with published(work_dir(config) / PROGRESS, durable=False) as partial:
-        partial.write_text(json.dumps({"frame": frame, "frames": frames, "substeps": substeps}))
+    said = {"frame": frame, "frames": frames, "substeps": substeps}
+    write_json(work_dir(config) / PROGRESS, said, durable=False)
 
 
 def progress(work: Path) -> dict[str, int]:

@@ -18,7 +18,7 @@ from ..errors import ConfigError, StoreError
 from ..store import manifest, runs, states
 from ..store.files import published
 from . import record
-from .plan import Plan, make_plan
+from .plan import Plan
 
 log = logging.getLogger("snowrepro")
 
@@ -81,7 +81,7 @@ def open_sweep(name: str, store: str | Path = "runs") -> xr.Dataset:
     ``state`` and ``run_id`` of each run.  A cell that the sweep does not ask for has the state "not asked for".
     Raises ConfigError where there is no such sweep, or where it makes no grid; then ``sweep_table`` still works.
     """
-    return grid_of(collect(recorded_plan(name, store)))
+    return grid_of(collect(record.plan_of(name, store)))
 
 
 def sweep_table(name: str, store: str | Path = "runs") -> pd.DataFrame:
@@ -90,7 +90,7 @@ def sweep_table(name: str, store: str | Path = "runs") -> pd.DataFrame:
     Coordinates as in ``open_sweep``, ``run_id``, ``state``, ``reason`` and the summary columns, NaN where there is
     no result.  Raises ConfigError where there is no such sweep.
     """
-    return collect(recorded_plan(name, store)).table
+    return collect(record.plan_of(name, store)).table
 
 
 def write_results(plan: Plan) -> Path:
@@ -112,12 +112,6 @@ def write_results(plan: Plan) -> Path:
     with published(folder / NETCDF) as partial:
         grid.to_netcdf(partial, engine="netcdf4", encoding=packed)
     return folder
-
-
-def recorded_plan(name: str, store: str | Path) -> Plan:
-    """The runs of a recorded sweep, as its overrides name them now.  Raises ConfigError."""
-    quoted = str(store).replace("'", "\\'")
-    return make_plan([*record.read(name, store).overrides, f"store='{quoted}'"], multirun=True)
 
 
 def collect(plan: Plan) -> Collected:

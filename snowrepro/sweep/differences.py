@@ -15,7 +15,7 @@ from ..analysis.summary import summarise
 from ..errors import ConfigError
 from ..store import manifest, runs
 from . import record
-from .collect import Collected, collect, recorded_plan, require_one_run_a_cell
+from .collect import Collected, collect, require_one_run_a_cell
 
 MOST_LINES = 40
 MEASURES = ("lump_fraction", "hardness")  # of a run that falls, of one that is indented
@@ -89,7 +89,7 @@ def diff_command_lines(a: str, b: str, store: str | Path = "runs") -> list[str]:
     """
     sweeps = [name for name in (a, b) if name in record.names(store)]
     if len(sweeps) == 2:
-        return sweep_lines(compare_sweeps(*(collect(recorded_plan(name, store)) for name in sweeps)))
+        return sweep_lines(compare_sweeps(*(collect(record.plan_of(name, store)) for name in sweeps)))
     if sweeps:
         other = b if sweeps == [a] else a
         raise ConfigError(f"'{sweeps[0]}' is a sweep and '{other}' is none: name two runs or two sweeps")

@@ -4,7 +4,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from ..composition import compose, config_from
+from ..composition import config_from
 from ..config import Config
 from ..errors import ConfigError
 from ..store import lease, manifest, runs, states
@@ -51,7 +51,11 @@ def config_of_run(name: str, store: str | Path) -> Config:
     )
     if plain:
         return config_from({**plain, "store": str(store)})
-    return compose([*_cells(Path(store))[known[0]].split(" "), f"store={store}"])
+    sweep = next(name for name in record.names(store) if known[0] in record.read(name, store).cells.values())
+    for config in record.plan_of(sweep, store).configs:
+        if runs.identify(config) == known[0]:
+            return config
+    raise ConfigError(f"'{known[0]}' was asked for by the sweep '{sweep}', which has other runs now")
 
 
 def _made(written: dict) -> Iterator[str]:
@@ -63,14 +67,8 @@ def _made(written: dict) -> Iterator[str]:
 
 def _known(store: Path) -> set[str]:
     """Ids of all runs that a store holds, works on, or was asked for."""
-    found = set(_cells(store))
+    found = {run_id for name in record.names(store) for run_id in record.read(name, store).cells.values()}
     for folder in (store, store / runs.WORK):
         if folder.is_dir():
             found.update(name for name in os.listdir(folder) if (folder / name).is_dir() and not name.startswith("."))
     return found - {record.SWEEPS}
-
-
-def _cells(store: Path) -> dict[str, str]:
-    """The overrides of each run that a remembered sweep asks for, by its id."""
-    cells = (record.read(name, store).cells for name in record.names(store))
-    return {run_id: overrides for asked in cells for overrides, run_id in asked.items()}

@@ -18,6 +18,7 @@ from ..composition import CONF_DIR, own_options, quiet_about_schemas
 from ..errors import ConfigError, RunsFailed
 from ..run import run_raw
 from .plan import Plan, Planned
+from .record import store_override
 from .table import watching
 
 LOG = "sweep.log"
@@ -64,8 +65,7 @@ def _launch(jobs: Sequence[Sequence[str]], context: HydraContext, config: DictCo
 
 def _with_store(overrides: Sequence[str], store: Path) -> list[str]:
     """A job's overrides with the store from the root: workers elsewhere start in other folders."""
-    quoted = str(store).replace("'", "\\'")
-    return [*(o for o in overrides if not o.startswith("store=")), f"store='{quoted}'"]
+    return [*(o for o in overrides if not o.startswith("store=")), store_override(store)]
 
 
 def _require_plugin(config: DictConfig) -> None:

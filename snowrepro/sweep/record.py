@@ -10,7 +10,7 @@ from pathlib import Path
 from ..errors import ConfigError
 from ..store import runs
 from ..store.files import read_json, write_json
-from .plan import Plan
+from .plan import Plan, make_plan
 
 SWEEPS = "sweeps"
 RECORD = "sweep.json"
@@ -72,6 +72,17 @@ def read(name: str, store: str | Path) -> Record:
         known = ", ".join(sorted(names(store))) or "none yet"
         raise ConfigError(f"there is no sweep '{name}' in the store '{store}'; there are: {known}")
     return Record(said["name"], tuple(said["overrides"]), said["recorded"], said["cells"])
+
+
+def plan_of(name: str, store: str | Path, more: Sequence[str] = ()) -> Plan:
+    """The runs of a remembered sweep, as its overrides and ``more`` name them now.  Raises ConfigError."""
+    return make_plan([*read(name, store).overrides, store_override(store), *more], multirun=True)
+
+
+def store_override(store: str | Path) -> str:
+    """The override that names a store, whatever letters its path has."""
+    quoted = str(store).replace("'", "\\'")
+    return f"store='{quoted}'"
 
 
 def names(store: str | Path) -> list[str]:

@@ -13,7 +13,7 @@ from rich.table import Table
 
 from ..config import Config
 from ..store import runs, states
-from .processes import DONE, FAILED, Job
+from .processes import DONE, Job
 
 REDRAW_SECONDS = 0.5
 LINE_SECONDS = 30.0
@@ -129,10 +129,7 @@ def _frame(job: Job) -> str:
 
 def _why(job: Job) -> str:
     """Of a job that failed: the reason, in a line."""
-    if job.state == DONE:
-        return ""
-    cause = getattr(job.result.args[0] if job.result.args else None, "_return_value", job.result)
-    return f": {cause}".splitlines()[0] if job.state == FAILED or cause else ""
+    return "" if job.state == DONE else f": {job.result}".splitlines()[0]
 
 
 @contextmanager

@@ -13,6 +13,7 @@ from snowrepro.store.cost import kind_of
 from snowrepro.sweep import record
 from snowrepro.sweep.batch import ranges
 from snowrepro.sweep.estimate import GUESS_COST, GUESS_STARTUP, LAUNCH_SECONDS, estimate
+from snowrepro.sweep.explain import config_of_run, explain
 from snowrepro.sweep.plan import make_plan
 
 
@@ -120,3 +121,14 @@ def test_a_sweep_is_remembered(tmp_path):
 )
 def test_numbers_as_slurm_writes_them(numbers, text):
     assert ranges(numbers) == text
+
+
+def test_a_run_that_was_only_asked_for_is_known(tmp_path):
+    """By an end of its id, in a store whose path and a sweep whose overrides have blanks and quotes."""
+    store = tmp_path / "it's a store"
+    plan = make_plan(["pressure=1,2", "reading.plastic_volume=[0.1, 10.0]", record.store_override(store)], True)
+    record.write(plan)
+    wanted = plan.configs[1]
+    assert config_of_run(runs.identify(wanted)[-10:], store) == wanted
+    lines = explain(runs.identify(wanted), store)
+    assert lines[:2] == [f"{runs.identify(wanted)}: pending", "  never run"]
