@@ -308,6 +308,8 @@ class Experiment(Section):
 
     name: str = Field(min_length=1, description="of the report's folder")
     title: str
+    figure: str = Field("", description="of the paper, such as Fig. 5 or Table 2")
+    says: str = Field("", description="what the paper says of it")
     picture: Literal[
         "strip", "calibration", "shapes", "floors", "setting", "parameters", "timings", "grid", "convergence", "energy",
         "hardness",
@@ -331,6 +333,11 @@ class Experiment(Section):
     def needs_runs(self) -> bool:
         """Whether the picture shows results, and not just what would be run."""
         return self.picture not in ("shapes", "floors", "parameters")
+
+    @property
+    def is_judged(self) -> bool:
+        """Whether the paper's claims are judged by its runs."""
+        return self.picture in ("strip", "grid")
 
 
 class Config(Section):

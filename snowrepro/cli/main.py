@@ -69,6 +69,18 @@ Shows what could go and how much room it takes; asks before it removes what is n
   unused        results that no remembered sweep asks for
   launchers     logs and scripts of Hydra's launchers
 """
+REPORT_HELP = f"""\
+Runs nothing.  Writes index.html, one file that needs nothing beside it, with index.md and report.json, into
+reports/paper/ or reports/<name of the sweep>/, with every seed that the sweep was asked for with.
+
+examples:
+  snowrepro report                         the whole paper
+  snowrepro report fidelity=preview        the same from coarse runs
+  snowrepro report fig5
+  snowrepro report fig5 seeds=3 store=/shared/runs
+
+{EXITS}
+"""
 CLASSIFY_HELP = """\
 A file needs 'position' (time, particle, axis), or 'x' and 'y' (time, particle); it may have 'mass', 'velocity', a
 coordinate of frame numbers, and the attributes release_frame, grid_spacing and cell_mass.  A particle that is NaN
@@ -121,7 +133,7 @@ def _parser() -> argparse.ArgumentParser:
         prog="snowrepro", description='Reproduce "Snow Simulation Considering Pressure Sintering".'
     )
     commands = parser.add_subparsers(required=True, metavar="command")
-    for add in (_add_sweeps, _add_stored, _add_looking):
+    for add in (_add_sweeps, _add_reports, _add_stored, _add_looking):
         add(commands)
     return parser
 
@@ -181,6 +193,17 @@ def _add_sweeps(commands: argparse._SubParsersAction) -> None:
     retry = _add(commands, "retry", "sweeps.retry_command", "run again what failed", RETRY_HELP)
     retry.add_argument("-m", "--multirun", action="store_true", help=several)
     retry.add_argument("overrides", nargs="+", help=f"id of a run, {sweep}; and settings of the launcher")
+
+
+def _add_reports(commands: argparse._SubParsersAction) -> None:
+    """What is told of runs that are there."""
+    report = _add(
+        commands, "report", "reports.report_command", "one page with verdicts, pictures and data, from the store alone",
+        REPORT_HELP,
+    )  # fmt: skip
+    report.add_argument(
+        "overrides", nargs="*", help="experiment or name of a remembered sweep (default: the paper); overrides"
+    )
 
 
 def _add_stored(commands: argparse._SubParsersAction) -> None:

@@ -13,7 +13,17 @@ from ..config import Config
 from ..errors import ConfigError, ExitCode, RunsFailed, StoreError
 from ..store import states
 from ..store.files import require_writable
-from ..sweep.plan import Plan, Planned, make_claims_plan, make_plan, read_part, split_seeds, with_seeds
+from ..sweep.plan import (
+    Plan,
+    Planned,
+    last_of,
+    make_claims_plan,
+    make_plan,
+    read_part,
+    split_seeds,
+    split_store,
+    with_seeds,
+)
 from .screen import console, print_rows, say
 
 if TYPE_CHECKING:
@@ -51,14 +61,16 @@ def claims_command(options: argparse.Namespace) -> ExitCode:
     seeds, overrides = split_seeds(options.overrides)
     seeds = options.default_seeds if seeds is None else seeds
     plan = make_claims_plan(overrides, seeds)
-    from ..report.claims import write_claims
+    from ..report.claims import screen
+    from ..report.page import draw, write_page_of
 
     _check_scenes(plan)
     _run_missing(plan)
     _write_results(plan)
-    report = write_claims(plan.configs, [*overrides, f"seeds={seeds}"])
-    print("\n".join(report.lines))
-    print(f"report: {report.folder / 'index.md'}")
+    part = draw(plan.configs, plan.overrides)
+    page = write_page_of(part)
+    print("\n".join(screen(part.evidence)))
+    print(f"report: {page}")
     return _require_results(plan)
 
 
@@ -84,7 +96,7 @@ def status_command(options: argparse.Namespace) -> ExitCode:
     """Say how far one sweep is, or all that the store remembers."""
     from ..sweep import record, todo
 
-    store, words = _split_store(options.overrides)
+    store, words = split_store(options.overrides)
     if not words:
         return _all_sweeps(store)
     plan = _sweep(options.overrides, options.multirun)
@@ -108,7 +120,7 @@ def retry_command(options: argparse.Namespace) -> ExitCode:
     from ..sweep import record
     from ..sweep.explain import config_of_run
 
-    store, words = _split_store(options.overrides)
+    store, words = split_store(options.overrides)
     named = words[:1] and "=" not in words[0] and words[0] not in record.names(store)
     plan = None if named else _sweep(options.overrides, options.multirun)
     configs = plan.configs if plan else [config_of_run(words[0], store)]
@@ -135,7 +147,7 @@ def _sweep(overrides: Sequence[str], multirun: bool) -> Plan:
     """The plan of a sweep that is named, or described by overrides; of what has no runs there is none."""
     from ..sweep import record
 
-    store, words = _split_store(overrides)
+    store, words = split_store(overrides)
     if words and words[0] in record.names(store):
         return record.plan_of(words[0], store, words[1:])
     if words and "=" not in words[0]:
@@ -144,17 +156,6 @@ def _sweep(overrides: Sequence[str], multirun: bool) -> Plan:
     if not plan.needs_runs:
         raise ConfigError(f"experiment '{plan.configs[0].experiment.name}' has no runs")
     return plan
-
-
-def _split_store(overrides: Sequence[str]) -> tuple[str, list[str]]:
-    """The store that overrides name, or the default; and the other overrides."""
-    return _last(overrides, "store") or "runs", [text for text in overrides if not text.startswith("store=")]
-
-
-def _last(overrides: Sequence[str], key: str) -> str | None:
-    """The value that a key is given last."""
-    values = [text.removeprefix(f"{key}=") for text in overrides if text.startswith(f"{key}=")]
-    return values[-1] if values else None
 
 
 def _run_missing(plan: Plan, is_whole: bool = True) -> None:
@@ -218,7 +219,7 @@ def _time_left(plan: Plan, decided: "Todo", expected: "Estimate") -> str:
     from ..sweep.processes import usable_cores
     from ..sweep.table import clock
 
-    asked = _last(plan.overrides, "hydra.launcher.workers") or "0"
+    asked = last_of(plan.overrides, "hydra.launcher.workers") or "0"
     at_a_time = int(asked) if asked.isdecimal() else 0
     workers = min(at_a_time or usable_cores(), len(decided.to_run))
     source = f"from {expected.measured} finished runs" if expected.measured else "a guess: no run is finished yet"
@@ -285,13 +286,11 @@ def _run_one(config: Config) -> None:
 
 def _report(plan: Plan) -> ExitCode:
     """Write the experiment's report, or list the runs of a plain sweep.  Raises RunsFailed if any is missing."""
-    from ..report.page import write_report
     from ..store import runs
+    from .reports import print_report
 
     if plan.configs[0].experiment:
-        report = write_report(plan.configs, plan.overrides)
-        print(f"verdict: {report.verdict}")
-        print(f"report: {report.folder / 'index.md'}")
+        print_report(plan.overrides, plan.configs[0].store)
     else:
         for config in plan.configs:
             if runs.is_done(config):

@@ -7,8 +7,9 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from ..analysis.calibration import calibrate
+from .document import Findings, Picture
 from .drawing import save
-from .evidence import Evidence, Findings
+from .evidence import Evidence
 from .sensitivity import of_other_pressures
 
 
@@ -19,17 +20,14 @@ def report(evidence: Evidence) -> Findings:
     draw_calibration(table, targets, chosen, evidence.folder / "curve.png")
     shown = ", ".join("not reached" if p is None else f"{p:g}" for p in chosen)
     verdict = f"Pressures for lump fractions {', '.join(f'{t:g}' for t in targets)}: {shown}."
-    lines = [
-        f"**Result.** {verdict}",
-        "",
-        "![Mass fraction in lumps over pressure](curve.png)",
-        "",
+    curve = Picture(
+        "curve.png",
+        "Mass fraction in lumps over pressure, rising, with the three targets and the pressures that reach them.",
         "A rising curve is fitted over log pressure (isotonic regression) and read off at the targets. "
         "Only the sintered runs of this scene are used; rows without sintering and all other scenes are not.",
-        "",
-        *of_other_pressures(evidence),
-    ]
-    return Findings(lines, verdict)
+        data="summary.csv",
+    )
+    return Findings([curve, *of_other_pressures(evidence)], verdict)
 
 
 def draw_calibration(table: pd.DataFrame, targets: Sequence[float], chosen: Sequence[float | None], path: Path) -> None:

@@ -1,19 +1,14 @@
-"""Write the verdicts on the paper's claims: a table for the screen, index.md, response.png, claims.json, claims.csv."""
+"""The verdicts on the paper's claims: a table for the screen, and the section of a report that shows them."""
 
 import textwrap
 from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
 
 import pandas as pd
 
-from ..analysis.calibration import BELOW, BEYOND, Crossing, half_pressure
-from ..analysis.claims import INCONCLUSIVE, Scene, Verdict, arm_of, interval, judge_scenes
-from ..config import Config
-from ..store.files import require_writable
-from ..store.states import standing
-from .evidence import Evidence, gathered, judged_scenes, markdown, name_of, origin
-from .page import report_folder
+from ..analysis.calibration import BELOW, BEYOND, Crossing
+from ..analysis.claims import INCONCLUSIVE, NOT_RUN, Scene, Verdict, interval
+from .document import Block, Fold, Heading, Picture, Table, plain
+from .evidence import Evidence
 from .records import write_records
 from .response import draw_response
 
@@ -36,56 +31,48 @@ RULES = """\
 * Else INCONCLUSIVE; NOT RUN where a run is missing. Where the rules for both are met, CONTRADICTED stands."""
 
 
-@dataclass(frozen=True)
-class Judgement:
-    """What was decided of an experiment's runs.  ``halves``: P50 of each scene by its name."""
-
-    evidence: Evidence
-    scenes: Sequence[Scene]
-    over: Sequence[Verdict]
-    halves: dict[str, Crossing]
-
-
-@dataclass(frozen=True)
-class ClaimsReport:
-    """Where the verdicts were written, and the same for the screen."""
-
-    folder: Path
-    lines: list[str]
-
-
-def write_claims(configs: Sequence[Config], overrides: Sequence[str]) -> ClaimsReport:
-    """Judge the claims by the runs in the store and write it down; runs that are missing are not stood in for."""
-    folder = report_folder(configs[0], configs[0].experiment) / "claims"
-    require_writable(folder)
-    evidence, claims = gathered(configs, folder), configs[0].claims
-    scenes = judged_scenes(evidence)
-    halves = {scene.name: _half(scene, claims.alpha) for scene in scenes}
-    judgement = Judgement(evidence, scenes, judge_scenes(claims, scenes), halves)
-    shown = {scene.name: half_shown(halves[scene.name], scene) for scene in scenes}
-    draw_response(scenes, halves, folder / "response.png", shown)
-    write_records(evidence, scenes, judgement.over, halves, shown)
-    page = [*_page(judgement), *origin(evidence, "claims", overrides)]
-    (folder / "index.md").write_text("\n".join(page).rstrip() + "\n", encoding="utf-8")
-    return ClaimsReport(folder, screen(judgement))
+def section(evidence: Evidence) -> list[Block]:
+    """Verdicts, the picture of what they rest on, the rules, and what is calibration; claims.json, claims.csv."""
+    scenes = evidence.scenes
+    shown = {scene.name: half_shown(evidence.halves[scene.name], scene) for scene in scenes}
+    draw_response(scenes, evidence.halves, evidence.folder / "response.png", shown)
+    write_records(evidence, shown)
+    claims = evidence.configs[0].claims
+    return [
+        Heading("The claims"),
+        *(_of_one(evidence, shown) if len(scenes) == 1 else _of_several(evidence)),
+        Picture(
+            "response.png",
+            "Mass in lumps over pressure: seeds, means, rising fit and P50, with and without sintering.",
+            "Points: seeds; bars: means; lines: rising fit over log pressure (isotonic regression); diamond: P50 with "
+            "its interval, a bootstrap over seeds, which knows nothing of the curve between two pressures. Orange with "
+            "sintering, grey without."
+            + (" In the corner: claims that the numbers disagree with." if len(scenes) > 1 else ""),
+            data="claims.csv",
+        ),
+        *_calibration(evidence),
+        Fold(
+            "The rules by which claims are decided",
+            [f"Claims and rules are in conf/claims/{plain(claims.name)}.yaml.", *_rules(claims.alpha)],
+        ),
+    ]
 
 
-def screen(judgement: Judgement) -> list[str]:
+def screen(evidence: Evidence) -> list[str]:
     """The verdicts in plain text."""
-    evidence, scenes, over = judgement.evidence, judgement.scenes, judgement.over
     head = f"{evidence.experiment.title}. {_seeds(evidence)}."
-    if len(scenes) == 1:
-        (scene,) = scenes
-        half = f"{P50}: {half_shown(judgement.halves[scene.name], scene)}"
-        return [head, "", *_rows_of([*scene.verdicts, *over]), "", half]
-    frame = _by_scene(judgement)
+    if len(evidence.scenes) == 1:
+        (scene,) = evidence.scenes
+        half = f"{P50}: {half_shown(evidence.halves[scene.name], scene)}"
+        return [head, "", *_rows_of([*scene.verdicts, *evidence.over_scenes]), "", half]
+    frame = _by_scene(evidence)
     return [
         head,
         "",
         *frame.to_string(index=False, justify="left", formatters=_left(frame)).splitlines(),
         "* by calibration, no test; - the numbers disagree; P50: pressure where half of the mass is in lumps",
         "",
-        *_rows_of(over),
+        *_rows_of(evidence.over_scenes),
     ]
 
 
@@ -106,16 +93,8 @@ def pressure(value: float) -> str:
     return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
 
 
-def _half(scene: Scene, alpha: float) -> Crossing:
-    """P50 of the sintered runs, by the seeds that have every pressure."""
-    lost = sorted({p for sintering, p in scene.missing if sintering != "none"})
-    if lost:
-        return Crossing(note=f"no result at {', '.join(f'{p:g}' for p in lost)}")
-    return half_pressure(arm_of(scene.table, "sintered", "lump_fraction").dropna(), alpha)
-
-
 def _seeds(evidence: Evidence) -> str:
-    return f"Seeds {', '.join(map(str, sorted({config.seed for config in evidence.configs})))}"
+    return f"Seeds {', '.join(map(str, evidence.seeds))}"
 
 
 def _rows_of(verdicts: Sequence[Verdict]) -> list[str]:
@@ -129,11 +108,11 @@ def _rows_of(verdicts: Sequence[Verdict]) -> list[str]:
     return lines
 
 
-def _by_scene(judgement: Judgement) -> pd.DataFrame:
+def _by_scene(evidence: Evidence) -> pd.DataFrame:
     """The words by scene and claim, marked where they are by calibration or the numbers disagree, and P50."""
     rows = []
-    for scene in judgement.scenes:
-        half = judgement.halves[scene.name].pressure
+    for scene in evidence.scenes:
+        half = evidence.halves[scene.name].pressure
         marked = {v.claim: v.word + "*" * v.calibrated + "-" * (v.agrees is False) for v in scene.verdicts}
         rows.append({"scene": scene.name, **marked, "P50": pressure(half) if half else "-"})
     return pd.DataFrame(rows)
@@ -147,48 +126,46 @@ def _p(verdict: Verdict) -> str:
     return "-" if verdict.p is None else f"{verdict.p:.2g}"
 
 
-def _page(judgement: Judgement) -> list[str]:
-    """Verdicts first, then the picture, the rules, and what is calibration and what prediction."""
-    evidence, scenes = judgement.evidence, judgement.scenes
-    claims = evidence.configs[0].claims
-    lines = [f"# Claims by {evidence.experiment.name}: {evidence.experiment.title}", ""]
-    if len(scenes) == 1:
-        (scene,) = scenes
-        half = f"{P50}: **{half_shown(judgement.halves[scene.name], scene)}**."
-        lines += [*markdown(_verdicts([*scene.verdicts, *judgement.over])), "", half, ""]
-    else:
-        lines += [*markdown(_verdicts(judgement.over)), "", *_scene_table(judgement)]
-    lines += [
-        f"{_seeds(evidence)}. Effects are mass fractions in lumps: highest less lowest pressure, or the mean nearest "
-        "to the other side of 1/2. All numbers: [claims.csv](claims.csv), [claims.json](claims.json).",
-        "",
-        "![Mass in lumps over pressure: seeds, means, rising fit, P50](response.png)",
-        "",
-        "Points: seeds; bars: means; lines: rising fit over log pressure (isotonic regression); diamond: P50 with its "
-        "interval, a bootstrap over seeds, which knows nothing of the curve between two pressures. Orange with "
-        "sintering, grey without. Seeds show numerical repeatability, not physical replication.",
-        "",
-        "## The rules",
-        "",
-        f"Claims and rules are in conf/claims/{claims.name}.yaml.",
-        "",
-        *RULES.format(alpha=claims.alpha, level=f"{1 - claims.alpha:.0%}").splitlines(),
-        "",
-        "## What is calibration and what is prediction",
-        "",
-        *_calibration(judgement),
-        "",
+def _of_one(evidence: Evidence, shown: dict[str, str]) -> list[Block]:
+    """The verdicts by one scene, and its P50."""
+    (scene,) = evidence.scenes
+    verdicts = [*scene.verdicts, *(v for v in evidence.over_scenes if v.word != NOT_RUN)]
+    return [
+        f"Snow and floor: {plain(scene.name)}. {_about(evidence)}",
+        Table(_verdicts(verdicts), data="claims.csv"),
+        f"{P50}: **{shown[scene.name]}**.",
     ]
-    missing = [config for config in evidence.configs if not evidence.is_done(config)]
-    lines += [f"- **missing**: {name_of(c)}: {standing(c).reason}" for c in missing]
-    return [*lines, ""] if missing else lines
+
+
+def _of_several(evidence: Evidence) -> list[Block]:
+    """The verdicts by all scenes together, and by each alone."""
+    undecided = sum(v.word == INCONCLUSIVE for scene in evidence.scenes for v in scene.verdicts)
+    return [
+        Table(_verdicts(evidence.over_scenes), data="claims.csv"),
+        f"Each scene alone (\\* by calibration, no test; - the numbers disagree; P50: pressure at which half of the "
+        f"sintered mass is in lumps; {undecided} verdicts are inconclusive). {_about(evidence)}",
+        Table(_by_scene(evidence).map(plain), data="claims.csv"),
+    ]
+
+
+def _about(evidence: Evidence) -> str:
+    """What the numbers of a table of verdicts are."""
+    return (
+        f"{_seeds(evidence)}. Effects are mass fractions in lumps: highest less lowest pressure, or the mean nearest "
+        "to the other side of 1/2. Seeds show numerical repeatability, not physical replication. All numbers: "
+        "[claims.csv](claims.csv), [claims.json](claims.json)."
+    )
+
+
+def _rules(alpha: float) -> list[Block]:
+    return [RULES.format(alpha=alpha, level=f"{1 - alpha:.0%}")]
 
 
 def _verdicts(verdicts: Sequence[Verdict]) -> pd.DataFrame:
     rows = [
         {
             "claim": v.claim,
-            "statement": v.statement,
+            "statement": plain(v.statement),
             "measured": v.measured,
             "effect [interval]": v.effect_shown or "-",
             "seeds": v.seeds,
@@ -203,25 +180,15 @@ def _verdicts(verdicts: Sequence[Verdict]) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _scene_table(judgement: Judgement) -> list[str]:
-    undecided = sum(v.word == INCONCLUSIVE for scene in judgement.scenes for v in scene.verdicts)
-    return [
-        "Each scene alone (\\* by calibration, no test; - the numbers disagree; P50: pressure at which half of the "
-        f"sintered mass is in lumps; {undecided} verdicts are inconclusive):",
-        "",
-        *(line.replace("*", "\\*") for line in markdown(_by_scene(judgement))),
-        "",
-    ]
-
-
-def _calibration(judgement: Judgement) -> list[str]:
-    on = judgement.evidence.experiment.calibrated_on
+def _calibration(evidence: Evidence) -> list[Block]:
+    """What is calibration and what is prediction."""
+    on = evidence.experiment.calibrated_on
     if not on:
-        return ["No scene is named that the pressures were chosen by."]
-    here = [v.claim for scene in judgement.scenes if scene.calibrated for v in scene.verdicts if v.calibrated]
+        return []
+    here = [v.claim for scene in evidence.scenes if scene.calibrated for v in scene.verdicts if v.calibrated]
     text = f"The paper prints no pressures. They were chosen on {' on '.join(on)}, by its sintered lumps alone."
     if here:
         text += f" So {', '.join(here)} are no test there; what is said of unsintered snow is one."
-    if len(judgement.scenes) > bool(here):
+    if len(evidence.scenes) > bool(here):
         text += " All other scenes are prediction."
     return [text]

@@ -10,8 +10,9 @@ from matplotlib.figure import Figure
 from ..analysis import claims
 from ..config import Config
 from ..store import runs
+from .document import Findings, Picture, Table
 from .drawing import save
-from .evidence import Evidence, Findings, markdown
+from .evidence import Evidence
 
 COLOURS = ("#56B4E9", "#E69F00", "#D55E00")  # of the pressures, rising
 UNSINTERED = "0.45"
@@ -34,17 +35,17 @@ def report(evidence: Evidence) -> Findings:
     frame.to_csv(evidence.folder / "convergence.csv", index=False, float_format="%.6g", lineterminator="\n")
     draw(rows, spread, evidence)
     verdict = _verdict(rows)
-    lines = [
-        f"**{verdict}**",
-        "",
-        "![Mass in lumps of each variant at the three pressures](convergence.png)",
-        "",
+    picture = Picture(
+        "convergence.png",
+        "Mass in lumps at the three pressures, a line for each variant, beside the range over the seeds.",
         "Dots: mass in lumps with sintering, a colour for each pressure; crosses: the most of any pressure without "
         "sintering. Bands: the range over the seeds, that is over the particles' random places alone. The line at "
         "one half is where lumps become more than powder. First row: the run as everywhere else in these reports.",
-        "",
-        *markdown(frame),
-        "",
+        data="convergence.csv",
+    )
+    blocks = [
+        picture,
+        Table(frame, data="convergence.csv"),
         "Claims that the numbers agree with (one seed a variant decides none): C1 lumps grow with pressure, "
         "C2 powder at the lowest, C3 lumps at the highest, C4 powder "
         "without sintering, C5 the effect of sintering grows. Moves: pressures at which the variant lies outside the "
@@ -52,7 +53,7 @@ def report(evidence: Evidence) -> Findings:
         "a variant that moves C1 to C3 says how far the choice of pressures hangs on it. Unclosed: energy without a "
         "cause from the release on, part of what was turned over.",
     ]
-    return Findings(lines, verdict)
+    return Findings(blocks, verdict)
 
 
 def label(config: Config, base: Config) -> str:

@@ -10,8 +10,9 @@ from matplotlib.figure import Figure
 
 from ..config import Config
 from ..mpm.diagnostics import WORKS
+from .document import Findings, Picture, Table
 from .drawing import save
-from .evidence import Evidence, Findings, in_paper_order, markdown, opened
+from .evidence import Evidence, in_paper_order, opened
 
 LABELS = {
     "pressing_work": "pressing force b",
@@ -35,7 +36,7 @@ def report(evidence: Evidence) -> Findings:
     configs = [config for config in in_paper_order(evidence.configs) if evidence.is_done(config)]
     ledgers = [_ledger(config) for config in configs]
     if not configs:
-        return Findings(["**No run has a result.**"], "No run has a result.")
+        return Findings([], "No run has a result.")
     draw(configs, ledgers, evidence)
     table = pd.DataFrame([row for c, ledger in zip(configs, ledgers, strict=True) for row in _rows(c, ledger)])
     table.to_csv(evidence.folder / "energy.csv", index=False, float_format="%.6g", lineterminator="\n")
@@ -48,20 +49,19 @@ def report(evidence: Evidence) -> Findings:
     for name in ("unclosed", "unclosed_net", *WORKS):
         shown[name] = shown[name].map("{:+.1%}".format)
     shown = shown.drop(columns=["damping_work"]) if (table["damping_work"] == 0).all() else shown
-    lines = [
-        f"**{verdict}**",
-        "",
-        "![Energy that each cause gave, over time, a row for each run](energy.png)",
-        "",
+    picture = Picture(
+        "energy.png",
+        "Energy over time, a row for each run: kinetic and elastic energy, and what each cause gave.",
         "Left while pressed, right from the release on; each panel has its own scale. Black: kinetic and elastic "
         "energy together. Colours: what each cause has given since the panel's start (losses are negative); they "
         "add up to the change of the black line but for the red one.",
-        "",
+        data="energy.csv",
+    )
+    blocks = [
+        picture,
         "Turned over: the sum of all that causes gave or took, frame by frame, without sign. The other columns are "
         "parts of it; unclosed is summed frame by frame without sign, net with sign.",
-        "",
-        *markdown(shown.rename(columns={**LABELS, "unclosed_net": "unclosed, net", "turned_over": "turned over"})),
-        "",
+        Table(shown.rename(columns={**LABELS, "unclosed_net": "unclosed, net", "turned_over": "turned over"})),
         "Each cause is measured where it acts, so the rest is not zero by construction: pressing as b times the way "
         "of each particle; plastic flow as stress times plastic strain; the floor and damping as impulse times the "
         "mean velocity on each node, and by particles that slide or are moved out; the transfer as kinetic energy "
@@ -69,7 +69,7 @@ def report(evidence: Evidence) -> Findings:
         "time step (tests/validation/test_ledger.py). Momentum closes to round-off: of its largest value no frame "
         f"leaves more than {max(_momentum(ledger) for ledger in ledgers):.0e}.",
     ]
-    return Findings(lines, verdict)
+    return Findings(blocks, verdict)
 
 
 def _about_sintering(table: pd.DataFrame) -> str:

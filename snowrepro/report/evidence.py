@@ -1,18 +1,22 @@
-"""What a report is drawn from, and what a picture contributes to it."""
+"""What a report is drawn from."""
 
 import shlex
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import xarray as xr
 
 from ..analysis import claims
+from ..analysis.calibration import Crossing, half_pressure
 from ..analysis.summary import of_runs
 from ..config import Config, Experiment
 from ..store import runs
+from .document import plain
 
 FOLDERS = ("store=", "reports=")  # of whoever made the report, and nothing to redo it by
 
@@ -27,6 +31,48 @@ class Evidence:
     folder: Path
     missing: frozenset[str] = field(default_factory=frozenset)  # ids
 
+    @cached_property
+    def scenes(self) -> list[claims.Scene]:
+        """Every scene that was asked for, in order, with the verdicts on its runs."""
+        return [self._scene(*at) for at in dict.fromkeys((c.shape.name, c.floor.name) for c in self.configs)]
+
+    @cached_property
+    def over_scenes(self) -> list[claims.Verdict]:
+        """The verdicts on claims about other scenes."""
+        return claims.judge_scenes(self.configs[0].claims, self.scenes)
+
+    @cached_property
+    def halves(self) -> dict[str, Crossing]:
+        """P50 of each scene, the pressure at which half of the sintered mass is in lumps, by the scene's name."""
+        return {scene.name: _half(scene, self.configs[0].claims.alpha) for scene in self.scenes}
+
+    def row(self, run_id: str) -> dict[str, Any]:
+        """The numbers of a run; empty without a result."""
+        return self._rows.get(run_id, {})
+
+    @cached_property
+    def _rows(self) -> dict[str, dict[str, Any]]:
+        return {row["run_id"]: row for row in self.table.to_dict("records")}
+
+    @property
+    def seeds(self) -> list[int]:
+        """The seeds that were asked for."""
+        return sorted({config.seed for config in self.configs})
+
+    @property
+    def of_first_seed(self) -> list[Config]:
+        """A run of each kind, for pictures of one run each."""
+        return [config for config in self.configs if config.seed == self.seeds[0]]
+
+    def _scene(self, shape: str, floor: str) -> claims.Scene:
+        table = self.table
+        if len(table):
+            table = table[(table["shape"] == shape) & (table["floor"] == floor)]
+        calibrated = self.experiment.calibrated_on == (shape, floor)
+        lost = self.lost(c for c in self.configs if (c.shape.name, c.floor.name) == (shape, floor))
+        verdicts = claims.judge(self.configs[0].claims, table, calibrated, lost)
+        return claims.Scene(shape, floor, table, calibrated, verdicts, lost)
+
     def lost(self, configs: Iterable[Config]) -> list[tuple[str, float]]:
         """Sintering and pressure of those of ``configs`` that have no result."""
         return [(c.sintering.name, c.pressure) for c in configs if not self.is_done(c)]
@@ -34,14 +80,6 @@ class Evidence:
     def is_done(self, config: Config) -> bool:
         """Whether there is a result to draw."""
         return runs.identify(config) not in self.missing
-
-
-@dataclass(frozen=True)
-class Findings:
-    """The body of a report in Markdown, its verdict first, and the verdict alone for the screen."""
-
-    lines: list[str]
-    verdict: str
 
 
 def gathered(configs: Sequence[Config], folder: Path) -> Evidence:
@@ -53,18 +91,12 @@ def gathered(configs: Sequence[Config], folder: Path) -> Evidence:
     return Evidence(experiment, configs, of_runs(done), folder, missing)
 
 
-def judged_scenes(evidence: Evidence) -> list[claims.Scene]:
-    """Every scene that was asked for, in order, with the verdicts on its runs."""
-    found = []
-    for shape, floor in dict.fromkeys((c.shape.name, c.floor.name) for c in evidence.configs):
-        table = evidence.table
-        if len(table):
-            table = table[(table["shape"] == shape) & (table["floor"] == floor)]
-        calibrated = evidence.experiment.calibrated_on == (shape, floor)
-        lost = evidence.lost(c for c in evidence.configs if (c.shape.name, c.floor.name) == (shape, floor))
-        verdicts = claims.judge(evidence.configs[0].claims, table, calibrated, lost)
-        found.append(claims.Scene(shape, floor, table, calibrated, verdicts, lost))
-    return found
+def _half(scene: claims.Scene, alpha: float) -> Crossing:
+    """P50 of the sintered runs, by the seeds that have every pressure."""
+    lost = sorted({p for sintering, p in scene.missing if sintering != "none"})
+    if lost:
+        return Crossing(note=f"no result at {', '.join(f'{p:g}' for p in lost)}")
+    return half_pressure(claims.arm_of(scene.table, "sintered", "lump_fraction").dropna(), alpha)
 
 
 @contextmanager
@@ -74,15 +106,9 @@ def opened(config: Config) -> Iterator[xr.Dataset]:
         yield dataset
 
 
-def origin(evidence: Evidence, command: str, overrides: Sequence[str]) -> list[str]:
-    """How to redo a report, and what made the first of its runs."""
-    redo = shlex.join(o for o in overrides if not o.startswith(FOLDERS))
-    lines = ["## Where this comes from", "", f"Redo: `snowrepro {command} {redo}`", ""]
-    done = [config for config in evidence.configs if evidence.is_done(config)]
-    if done:
-        with opened(done[0]) as dataset:
-            lines += [f"- {key}: {dataset.attrs[key]}" for key in ("versions", "git_state", "machine", "created")]
-    return lines
+def redo(overrides: Sequence[str]) -> str:
+    """The command that makes runs and report again, wherever they are kept."""
+    return shlex.join(["snowrepro", "run", *(o for o in overrides if not o.startswith(FOLDERS))])
 
 
 def in_paper_order(configs: Sequence[Config]) -> list[Config]:
@@ -91,22 +117,7 @@ def in_paper_order(configs: Sequence[Config]) -> list[Config]:
 
 
 def name_of(config: Config) -> str:
-    """A run of an experiment in a few words."""
-    scene = f"{config.shape.name} on {config.floor.name}"
+    """A run of an experiment in a few words of Markdown."""
+    scene = plain(f"{config.shape.name} on {config.floor.name}")
     test = ", indented" if config.indenter else ""
-    return f"{scene}, {config.pressure:g}, {config.sintering.name}, seed {config.seed}{test}"
-
-
-def markdown(table: pd.DataFrame) -> list[str]:
-    """A Markdown table; floats with three significant digits, or whole from 1000 on; a dash for what is not there."""
-
-    def show(value: object) -> str:
-        if not isinstance(value, float):
-            return str(value)
-        if value != value:
-            return "-"
-        return f"{value:.0f}" if abs(value) >= 1000 else f"{value:.3g}"
-
-    header = [str(column) for column in table.columns]
-    rows = [[show(value) for value in row] for row in table.itertuples(index=False)]
-    return ["| " + " | ".join(cells) + " |" for cells in (header, ["---"] * len(header), *rows)]
+    return f"{scene}, {config.pressure:g}, {plain(config.sintering.name)}, seed {config.seed}{test}"

@@ -13,8 +13,9 @@ from scipy.stats import rankdata
 
 from ..analysis import hardness
 from ..config import Config
+from .document import Findings, Heading, Picture, Table
 from .drawing import SINTERED, UNSINTERED, save
-from .evidence import Evidence, Findings, in_paper_order, markdown, opened
+from .evidence import Evidence, in_paper_order, opened
 
 ARMS = {"paper": ("with sintering", SINTERED, "o"), "none": ("without sintering", UNSINTERED, "s")}
 KEYS = ["sintering", "pressure", "seed"]
@@ -66,9 +67,7 @@ def report(evidence: Evidence) -> Findings:
     _draw_scatter(pairs, evidence)
     verdict = sentence(pairs)
     shown = pairs.reset_index()[[*KEYS, *MEASURES, "indentation_work"]]
-    lines = [
-        f"**Verdict.** {verdict}",
-        "",
+    blocks = [
         "The rule: lumps follow hardness if Spearman's rank correlation is above zero with p at most "
         f"{LEVEL:g} (permutations, two-sided) among the sintered snows and among all together, and if no unsintered "
         f"snow differs by more than {APART:g} from the lumps of sintered snow as hard; only in part if not all three "
@@ -76,36 +75,37 @@ def report(evidence: Evidence) -> Findings:
         "pressures, and counts once. The correlations were asked for when four of the hardness tests and the lumps of "
         "most falls were known; the third condition, and pressure 16000 that puts it to a test, when coarse runs had "
         "shown unsintered snow as hard.",
-        "",
-        "![Mass in lumps over hardness, a point for each snow](scatter.png)",
-        "",
-        *_equal_hardness(pairs),
-        "## The indenter",
-        "",
+        Picture(
+            "scatter.png",
+            "Mass in lumps over hardness, a point for each snow, with and without sintering.",
+            _equal_hardness(pairs),
+            data="summary.csv",
+        ),
+        Heading("The indenter"),
         *_method(indented),
-        "![Force on the indenter over its depth, a line for each pressure](curves.png)",
-        "",
-        "Force at unit depth out of the plane over the depth below first touch. It begins before the touch, because "
-        "the grid carries contact about half a spacing ahead of the particles, and steps where the disc reaches the "
-        "next row of nodes.",
-        "",
-        "## Fall and hardness over pressure",
-        "",
-        "![Hardness, flattening, rebound and lumps over pressure](measures.png)",
-        "",
-        "Flattening: height lost since release, of the middle nine tenths of the mass, at most and at the end. "
-        "Rebound: largest upward speed of the centre of mass after the impact, over the speed of the impact.",
-        "",
-        *markdown(shown.rename(columns={**MEASURES, "indentation_work": "work of indentation"})),
-        "",
-        "## Rank correlation of lumps with each measure",
-        "",
-        *markdown(_correlations(pairs)),
-        "",
+        Picture(
+            "curves.png",
+            "Force on the indenter over its depth, a line for each pressure, with and without sintering.",
+            "Force at unit depth out of the plane over the depth below first touch. It begins before the touch, "
+            "because the grid carries contact about half a spacing ahead of the particles, and steps where the disc "
+            "reaches the next row of nodes.",
+            data="curves.csv",
+        ),
+        Heading("Fall and hardness over pressure"),
+        Picture(
+            "measures.png",
+            "Four panels over pressure: hardness, flattening, rebound and mass in lumps, with and without sintering.",
+            "Flattening: height lost since release, of the middle nine tenths of the mass, at most and at the end. "
+            "Rebound: largest upward speed of the centre of mass after the impact, over the speed of the impact.",
+            data="summary.csv",
+        ),
+        Table(shown.rename(columns={**MEASURES, "indentation_work": "work of indentation"})),
+        Heading("Rank correlation of lumps with each measure"),
+        Table(_correlations(pairs)),
         "Within an arm every measure may rise with pressure alone; the column of all runs is the harder test. One seed "
         "a pressure: neighbouring pressures may change places by chance.",
     ]
-    return Findings(lines, verdict)
+    return Findings(blocks, verdict)
 
 
 def paired(table: pd.DataFrame) -> pd.DataFrame:
@@ -195,12 +195,12 @@ def _listed(alike: pd.DataFrame) -> str:
     )
 
 
-def _equal_hardness(pairs: pd.DataFrame) -> list[str]:
+def _equal_hardness(pairs: pd.DataFrame) -> str:
     """What unsintered snow gives beside sintered snow of the same hardness."""
     alike = at_equal_hardness(pairs)
     if alike.empty:
-        return ["No unsintered snow is as hard as any sintered: at equal hardness the two cannot be compared.", ""]
-    return [f"At equal hardness (sintered: between neighbours, over log hardness): {_listed(alike)}.", ""]
+        return "No unsintered snow is as hard as any sintered: at equal hardness the two cannot be compared."
+    return f"At equal hardness (sintered: between neighbours, over log hardness): {_listed(alike)}."
 
 
 def _correlations(pairs: pd.DataFrame) -> pd.DataFrame:
@@ -244,7 +244,6 @@ def _method(configs: Sequence[Config]) -> list[str]:
         "force over the disc's chord in the last tenth of the depth; work is force over the whole way. The chord is "
         "the disc's own: what the snow sinks or piles up beside it is not seen. Half the speed gives the same "
         "hardness within 5 % (tests/validation/test_indenter.py).",
-        "",
     ]
 
 
@@ -258,6 +257,7 @@ def _draw_curves(configs: Sequence[Config], evidence: Evidence) -> None:
     figure, axes = _panels(2)
     pressures = sorted({config.pressure for config in evidence.configs})
     shade = LogNorm(pressures[0] * 0.999, pressures[-1] * 1.3)
+    drawn: list[pd.DataFrame] = []
     for ax, (name, (label, *_)) in zip(axes, ARMS.items(), strict=True):
         for config in (c for c in configs if c.sintering.name == name):
             with opened(config) as dataset:
@@ -265,16 +265,17 @@ def _draw_curves(configs: Sequence[Config], evidence: Evidence) -> None:
                 unit = dataset["indenter_force"].attrs["units"]
             colour = matplotlib.colormaps["viridis_r"](shade(config.pressure))
             shown = force > 0
+            drawn.append(pd.DataFrame({"sintering": name, "pressure": config.pressure, "depth": depth, "force": force}))
             ax.plot(depth[shown], force[shown], lw=1.1, color=colour, label=f"{config.pressure:g}")
             axes[0].set_ylabel(f"force [{unit}]")
         ax.axvline(0, color="0.8", lw=0.8, zorder=0)
         ax.set(yscale="log", xlabel="depth below first touch [cells]", title=label)
         if ax.lines[1:]:
             ax.legend(title="pressure", fontsize=8, title_fontsize=8, frameon=False, ncols=2)
-    drawn = [line.get_xydata() for ax in axes for line in ax.lines[:-1]]
     if drawn:
-        highest = max(line[:, 1].max() for line in drawn)
-        last = max(line[-1, 0] for line in drawn)
+        table = pd.concat(drawn)
+        table.to_csv(evidence.folder / "curves.csv", index=False, float_format="%.5g", lineterminator="\n")
+        highest, last = table["force"].max(), table["depth"].max()
         for ax in axes:
             ax.set(xlim=(-0.4 * last, 1.03 * last), ylim=(1e-4 * highest, 2 * highest))
     save(figure, evidence.folder / "curves.png")

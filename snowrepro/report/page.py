@@ -1,17 +1,18 @@
-"""Write the report of an experiment: pictures, summary.csv and index.md with the verdict first."""
+"""The report of an experiment: its pictures and tables, and a page that puts them together."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import pandas as pd
-
-from ..config import Config, Experiment
-from ..mpm.diagnostics import bounded
+from ..config import Config
 from ..store.files import require_writable
-from ..store.states import standing
-from . import calibration, convergence, energy, grid, hardness, scenes, strip, tables
-from .evidence import Evidence, gathered, in_paper_order, markdown, name_of, opened, origin
+from ..sweep.record import unseeded
+from . import calibration, convergence, energy, grid, hardness, html, markdown, scenes, strip, tables
+from .about import about_runs
+from .document import Block, Document, Findings, Section, moved
+from .evidence import Evidence, gathered, redo
+from .lead import lead
+from .records import write_document
 
 # Who draws which picture.
 PICTURES = {
@@ -27,101 +28,57 @@ PICTURES = {
     "energy": energy.report,
     "hardness": hardness.report,
 }
-MOST_LISTED = 48  # runs; more are in summary.csv alone
-
-# Columns of the summary that the page shows, and their heads.
-SHOWN = {
-    "shape": "shape",
-    "floor": "floor",
-    "pressure": "pressure",
-    "sintering": "sintering",
-    "seed": "seed",
-    "indenter": "indenter",  # in experiments that have one
-    "hardness": "hardness",
-    "lump_fraction": "lumps [mass]",
-    "lumps": "lumps [count]",
-    "largest_fragment": "largest",
-    "broken_bonds": "bonds broken",
-    "settled": "settled",
-    "density_at_release": "density",
-    "hardening_at_release": "xi",
-    "factor_at_release": "hardening factor",
-    "poisson_capped": "nu capped",
-    "hardening_capped": "Eq. 1 capped",
-    "hardening_floored": "Eq. 1 floored",
-    "seconds": "seconds",
-}
 
 
 @dataclass(frozen=True)
-class Report:
-    """Where a report was written and the sentence it comes to."""
+class Part:
+    """What one experiment gives to a report."""
 
-    folder: Path
-    verdict: str
+    evidence: Evidence
+    findings: Findings
+    redo: str
+
+    def section(self, seen_from: Path) -> Section:
+        """The experiment's section of a report in the folder ``seen_from``."""
+        experiment, folder = self.evidence.experiment, self.evidence.folder
+        blocks: list[Block] = [f"**{self.findings.verdict}**", *self.findings.blocks]
+        if folder != seen_from:
+            blocks = [moved(block, f"../{folder.name}") for block in blocks]
+        runs = f"runs-{experiment.name}" if experiment.needs_runs else ""
+        return Section(experiment.name, experiment.title, blocks, experiment.says, self.redo, runs)
 
 
-def write_report(configs: Sequence[Config], overrides: Sequence[str]) -> Report:
-    """Report on an experiment from the store alone; runs that are missing are shown as missing."""
-    experiment = configs[0].experiment
-    assert experiment is not None, "only an experiment has a report"
-    folder = report_folder(configs[0], experiment)
+def draw(configs: Sequence[Config], overrides: Sequence[str]) -> Part:
+    """Draw an experiment's pictures and write its tables into its folder.  Raises StoreError where that cannot be."""
+    folder = report_folder(configs[0], overrides)
     require_writable(folder)
     evidence = gathered(configs, folder)
-    findings = PICTURES[experiment.picture](evidence)
-    page = [f"# {experiment.title}", "", *findings.lines, ""]
-    if experiment.needs_runs:
+    if evidence.experiment.needs_runs:
         evidence.table.to_csv(folder / "summary.csv", index=False, float_format="%.6g", lineterminator="\n")
-        page += [*_runs(evidence), *_reading(configs[0])]
-    page += origin(evidence, "run", overrides)
-    (folder / "index.md").write_text("\n".join(page).rstrip() + "\n", encoding="utf-8")
-    return Report(folder, findings.verdict)
+    findings = PICTURES[evidence.experiment.picture](evidence)
+    return Part(evidence, findings, redo(overrides))
 
 
-def report_folder(config: Config, experiment: Experiment) -> Path:
-    """reports/<experiment>, with the fidelity behind it unless it is the paper's."""
-    suffix = "" if config.fidelity.name == "paper" else f"-{config.fidelity.name}"
-    return Path(config.reports) / f"{experiment.name}{suffix}"
+def write_page_of(part: Part) -> Path:
+    """Write the report of one experiment; returns the page."""
+    return write_page(part.evidence.experiment.title, [part], part.evidence.folder)
 
 
-def _runs(evidence: Evidence) -> list[str]:
-    """Numbers of each run, what had to be bounded, and what is missing."""
-    lines = ["## Runs", ""]
-    if len(evidence.configs) > MOST_LISTED:
-        lines += [f"All {len(evidence.table)} finished runs, a row each: [summary.csv](summary.csv).", ""]
-    elif len(evidence.table):
-        lines += [
-            *markdown(evidence.table[[name for name in SHOWN if name in evidence.table]].rename(columns=SHOWN)),
-            "",
-            "Density, xi and hardening factor (geometric mean) are at release, means over particles. nu capped, "
-            "Eq. 1 capped and floored: the most particles at a bound in any frame. All columns: "
-            "[summary.csv](summary.csv).",
-            "",
-            "What was bounded, on how many particles at most, and since when:",
-            "",
-            *(f"- {name_of(c)}: {_bounds(c)}" for c in in_paper_order(evidence.configs) if evidence.is_done(c)),
-            "",
-        ]
-    for config in evidence.configs:
-        if not evidence.is_done(config):
-            lines += [f"- **missing**: {name_of(config)}: {standing(config).reason}", ""]
-    return lines
+def write_page(title: str, parts: Sequence[Part | Section], folder: Path) -> Path:
+    """Write index.html, index.md and report.json: what one sees first, the parts, what all share; returns the page."""
+    require_writable(folder)
+    evidences = [part.evidence for part in parts if isinstance(part, Part)]
+    sections = [part.section(folder) if isinstance(part, Part) else part for part in parts]
+    first, others = lead(evidences, sections)
+    document = Document(title, [first, *others, *about_runs(evidences, folder)])
+    markdown.write(document, folder / "index.md")
+    html.write(document, folder / "index.html")
+    write_document(document, folder / "report.json")
+    return folder / "index.html"
 
 
-def _bounds(config: Config) -> str:
-    with opened(config) as dataset:
-        return "; ".join(bounded(dataset)) or "nothing"
-
-
-def _reading(config: Config) -> list[str]:
-    """Every choice that the paper leaves open, as made here."""
-    choices = pd.DataFrame(config.reading.model_dump().items(), columns=["choice", "value"]).astype(str)
-    return [
-        "## What the paper leaves open, as read here",
-        "",
-        f"Reading `{config.reading.name}`, fidelity `{config.fidelity.name}`, seed {config.seed}. "
-        "Each switch is explained in conf/reading/grid_units.yaml.",
-        "",
-        *markdown(choices),
-        "",
-    ]
+def report_folder(config: Config, overrides: Sequence[str]) -> Path:
+    """Where an experiment's report goes: named as its sweep, whatever seeds it has."""
+    assert config.experiment is not None, "only an experiment has a report"
+    others = [o for o in overrides if not o.startswith("experiment=")]
+    return Path(config.reports) / unseeded([f"experiment={config.experiment.name}", *others])

@@ -1,39 +1,32 @@
-"""The verdicts for other programs: claims.json with all that they rest on, claims.csv with a row a verdict."""
+"""A report for other programs: report.json; claims.json with all that verdicts rest on, claims.csv with a row each."""
 
 import hashlib
 import json
 import math
-from collections.abc import Sequence
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
-from ..analysis.calibration import Crossing
 from ..analysis.claims import ARMS, Scene, Verdict, arm_of
 from ..analysis.statistics import Estimate, estimate
 from ..config import Claims
 from ..store import runs
 from ..store.files import published
-from ..store.provenance import provenance
+from .document import Block, Document, Fold, Heading, Picture, Section, Table
 from .evidence import Evidence, opened
 
 
-def write_records(
-    evidence: Evidence,
-    scenes: Sequence[Scene],
-    over: Sequence[Verdict],
-    halves: dict[str, Crossing],
-    shown: dict[str, str],
-) -> None:
-    """Write claims.json and claims.csv into the report's folder.  ``halves``, ``shown``: P50 by scene, and in words."""
-    claims = evidence.configs[0].claims
+def write_records(evidence: Evidence, shown: dict[str, str]) -> None:
+    """Write claims.json and claims.csv into the report's folder.  ``shown``: P50 by scene, in words."""
+    claims, scenes, over = evidence.configs[0].claims, evidence.scenes, evidence.over_scenes
     content = claims.model_dump(mode="json")
     record = {
         "experiment": evidence.experiment.model_dump(mode="json"),
         "fidelity": evidence.configs[0].fidelity.name,
         "reading": evidence.configs[0].reading.name,
-        "seeds": sorted({config.seed for config in evidence.configs}),
+        "seeds": evidence.seeds,
         "claims": {"sha256": digest(content), "content": content},
         "over_scenes": [_verdict(v) for v in over],
         "scenes": [
@@ -42,21 +35,53 @@ def write_records(
                 "floor": scene.floor,
                 "calibrated": scene.calibrated,
                 "verdicts": [_verdict(v) for v in scene.verdicts],
-                "P50": {**asdict(halves[scene.name]), "shown": shown[scene.name]},
+                "P50": {**asdict(evidence.halves[scene.name]), "shown": shown[scene.name]},
                 "cells": _cells(scene, claims),
             }
             for scene in scenes
         ],
         "runs": _runs(evidence),
-        "provenance": {"judged": provenance(), "runs": _makers(evidence)},
+        "provenance": _makers(evidence),
     }
-    text = json.dumps(_finite(record), indent=1, allow_nan=False)
-    with published(evidence.folder / "claims.json") as partial:
-        partial.write_text(text + "\n", encoding="utf-8")
+    _write_json(record, evidence.folder / "claims.json")
     rows = [_row(scene.shape, scene.floor, v) for scene in scenes for v in scene.verdicts]
     frame = pd.DataFrame([*(_row("", "", v) for v in over), *rows])
     with published(evidence.folder / "claims.csv") as partial:
         frame.to_csv(partial, index=False, float_format="%.6g", lineterminator="\n")
+
+
+def write_document(document: Document, path: Path) -> None:
+    """Write a report for other programs: its sections with their text, pictures and tables."""
+    record = {
+        "title": document.title,
+        "sections": [_section(section) for section in document.sections],
+    }
+    _write_json(record, path)
+
+
+def _section(section: Section) -> dict[str, Any]:
+    about = {"anchor": section.anchor, "title": section.title, "paper": section.says, "redo": section.redo}
+    return {**about, "blocks": [_block(block) for block in section.blocks]}
+
+
+def _block(block: Block) -> dict[str, Any]:
+    """A block as plain values; a table as its columns and data."""
+    if isinstance(block, Picture):
+        return {"picture": asdict(block)}
+    if isinstance(block, Table):
+        told = json.loads(block.frame.to_json(orient="split", double_precision=10, index=False))
+        return {"table": told, "caption": block.caption, "file": block.data}
+    if isinstance(block, Heading):
+        return {"heading": block.text}
+    if isinstance(block, Fold):
+        return {"fold": block.summary, "blocks": [_block(inner) for inner in block.blocks]}
+    return {"text": block}
+
+
+def _write_json(record: dict[str, Any], path: Path) -> None:
+    text = json.dumps(_finite(record), indent=1, allow_nan=False, ensure_ascii=False)
+    with published(path) as partial:
+        partial.write_text(text + "\n", encoding="utf-8")
 
 
 def digest(content: dict) -> str:

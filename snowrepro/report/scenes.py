@@ -1,8 +1,10 @@
 """Figures 2, 3 and 4: the snow shapes, the floors, and the setting of a run."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -10,8 +12,9 @@ from ..config import Config
 from ..scene import outline as geometry
 from ..scene.build import build_scene
 from ..scene.press import SHELL_CELLS, external_force
+from .document import Findings, Picture, Table, plain
 from .drawing import SKY, crop, draw_snow, draw_stage, save
-from .evidence import Evidence, Findings, opened
+from .evidence import Evidence, opened
 
 FORCE, GRAVITY = "#d62728", "#1f4fd8"  # red and blue arrows, as in the paper's Fig. 4
 ARROWS = 20  # around the snow
@@ -30,20 +33,26 @@ def report_shapes(evidence: Evidence) -> Findings:
         draw_snow(ax, config, scene.positions - middle, 2.4 * 72 / (2 * reach))
         ax.set_title(f"{config.shape.name}\n{len(scene.positions):,} particles", fontsize=10)
     _save(figure, evidence.folder / "shapes.png")
-    lines = [
-        "![The snow shapes side by side](shapes.png)",
-        "",
-        "| shape | particles | area [cells^2] | width x height |",
-    ]
-    lines.append("|---|---|---|---|")
+    rows = []
     for config, scene in scenes:
         low, high = geometry.extent(config.shape.outline)
         width, height = high - low
         area = geometry.area(config.shape.outline)
-        lines.append(f"| {config.shape.name} | {len(scene.positions):,} | {area:.1f} | {width:.1f} x {height:.1f} |")
-    lines += ["", "The paper gives the names and two particle counts; conf/shape/ says what is guessed."]
+        counted = f"{len(scene.positions):,}"
+        rows.append([plain(config.shape.name), counted, f"{area:.1f}", f"{width:.1f} x {height:.1f}"])
+    table = pd.DataFrame(rows, columns=["shape", "particles", "area [cells^2]", "width x height [cells]"])
+    table.to_csv(evidence.folder / "shapes.csv", index=False, lineterminator="\n")
+    names = ", ".join(config.shape.name for config, _ in scenes)
+    picture = Picture(
+        "shapes.png",
+        f"The snow shapes side by side at one scale: {names}.",
+        "The snow before it is pressed. The paper gives the names and two particle counts; conf/shape/ says what is "
+        "guessed.",
+        "Fig. 2",
+        "shapes.csv",
+    )
     counts = ", ".join(f"{config.shape.name} {len(scene.positions):,}" for config, scene in scenes)
-    return Findings(lines, f"Particles: {counts}.")
+    return Findings([picture, Table(table)], f"Particles: {counts}.")
 
 
 def report_floors(evidence: Evidence) -> Findings:
@@ -64,20 +73,31 @@ def report_floors(evidence: Evidence) -> Findings:
     _save(figure, evidence.folder / "floors.png")
     names = ", ".join(config.floor.name for config in configs)
     drop = configs[0].reading.drop_height
-    lines = [
-        "![The floors, each with the snow at its start](floors.png)",
-        "",
-        f"Each with {configs[0].shape.name} snow at its start, which is centred and falls {drop:g} cells to the first "
-        "touch. The paper gives the names; conf/floor/ says what is guessed.",
-    ]
-    return Findings(lines, f"Floors: {names}.")
+    _write_floors(configs, evidence.folder / "floors.csv")
+    picture = Picture(
+        "floors.png",
+        f"The floors, each with the snow at its start above it: {names}.",
+        f"Each with {plain(configs[0].shape.name)} snow at its start, which is centred and falls {drop:g} cells to the "
+        "first touch. The paper gives the names; conf/floor/ says what is guessed.",
+        "Fig. 3",
+        "floors.csv",
+    )
+    return Findings([picture], f"Floors: {names}.")
+
+
+def _write_floors(configs: Sequence[Config], path: Path) -> None:
+    """The floors' outlines, a row a corner; arcs as short edges."""
+    outlines = [(config.floor.name, geometry.polyline(config.floor.outline)) for config in configs]
+    rows = [(name, x, y) for name, corners in outlines for x, y in corners]
+    frame = pd.DataFrame(rows, columns=["floor", "x [cells]", "y [cells]"])
+    frame.to_csv(path, index=False, float_format="%.6g", lineterminator="\n")
 
 
 def report_setting(evidence: Evidence) -> Findings:
     """Figure 4: the snow while it is pressed, with the force, and while it falls, with gravity."""
     config, (pressed, falling) = evidence.configs[0], evidence.experiment.frames
     if not evidence.is_done(config):
-        return Findings(["**Missing**: the run that this shows."], "not run")
+        return Findings(["**Missing**: the run that this shows."], "Not run.")
     with opened(config) as dataset:
         places = [dataset["position"].sel(snapshot=frame).values.astype(float) for frame in (pressed, falling)]
     width, height = crop(config)
@@ -99,13 +119,15 @@ def report_setting(evidence: Evidence) -> Findings:
         f"Frames 1 to {ends}: pressed, without gravity; from frame {ends + 1}: falling with "
         f"{config.reading.gravity:g} {config.reading.length_unit}/s^2."
     )
-    lines = [
-        "![Left: pressed snow with the external force in red; right: falling snow with gravity in blue](setting.png)",
-        "",
-        f"**{verdict}** Left: the external force b (red) on particles near the surface, as long as it is strong "
+    picture = Picture(
+        "setting.png",
+        "Left: pressed snow with the external force as red arrows; right: falling snow with gravity as a blue arrow.",
+        "Left: the external force b (red) on particles near the surface, as long as it is strong "
         f"(`reading.press={config.reading.press}`, pressure {config.pressure:g}). Right: gravity (blue).",
-    ]
-    return Findings(lines, verdict)
+        "Fig. 4",
+        "summary.csv",
+    )
+    return Findings([picture], verdict)
 
 
 def _draw_force(ax: Axes, config: Config, places: np.ndarray) -> None:

@@ -13,9 +13,11 @@ from ..analysis.calibration import HALF
 from ..analysis.sensitivity import CHOICES, scan, tree_curve
 from ..config import Config
 from .broken import colours_of
+from .document import Block, Heading, Picture, Table, listed
 from .drawing import save
-from .evidence import Evidence, markdown
+from .evidence import Evidence
 
+STRAINS_TO = 0.8  # where the curves over the break strain end
 KEPT, LOST, USUAL = "#0072B2", "#bbbbbb", "#D55E00"
 NAMES = {
     "definition": "definition",
@@ -27,12 +29,12 @@ NAMES = {
 }
 
 
-def section(evidence: Evidence) -> list[str]:
+def section(evidence: Evidence) -> list[Block]:
     """Every definition's lumps and whether the claims' numbers hold, or why that cannot be said."""
     configs = list(evidence.configs)
     lacking = _lacking(evidence)
     if lacking:
-        return ["## Does it hang on the definition of a lump?", "", f"Not scanned: {lacking}.", ""]
+        return [Heading("Does it hang on the definition of a lump?"), f"Not scanned: {lacking}."]
     choices, lumps = _scan(configs)
     judged = [c for c in configs[0].claims.list if c.test != "scenes" and c.measure == "lump_fraction"]
     judged = [c for c in judged if set(claims.ARMS_OF[c.of]) <= set(lumps.columns.get_level_values("arm"))]
@@ -42,31 +44,31 @@ def section(evidence: Evidence) -> list[str]:
     draw_specifications(choices, lumps, holds, usual, evidence)
     draw_strains(configs, evidence)
     return [
-        "## Does it hang on the definition of a lump?",
-        "",
+        Heading("Does it hang on the definition of a lump?"),
         f"All runs under {len(choices)} definitions: six choices in all combinations, and three other rules of what "
-        "holds together. By the means over seeds the claims hold in this part of them "
-        "([the whole table](sensitivity.csv)):",
-        "",
-        *markdown(_by_choice(choices, holds)),
-        "",
+        "holds together. By the means over seeds the claims hold in this part of them:",
+        Table(_by_choice(choices, holds), data="sensitivity.csv"),
         *_exceptions(choices, holds, usual),
-        "",
-        "![Every definition, sorted by what pressure does to the lumps under it](specification.png)",
-        "",
-        "Top: lumps at the highest less those at the lowest pressure, sintered; blue where all claims hold, grey where "
-        "one is lost, the definition used here in orange. Below: what each definition chose. This shows how much hangs "
-        "on the choices; it is not one better test, and its definitions are no independent trials.",
-        "",
-        "![Mass in lumps over the strain at which a bond breaks](strains.png)",
-        "",
-        "Mass in lumps over the break strain, all else as used here; each curve is one run and comes from one tree. "
-        "The upright line is the strain used.",
-        "",
+        Picture(
+            "specification.png",
+            "Specification curve: every definition, sorted by what pressure does to the lumps under it, and below what "
+            "each chose.",
+            "Top: lumps at the highest less those at the lowest pressure, sintered; blue where all claims hold, grey "
+            "where one is lost, the definition used here in orange. Below: what each definition chose. This shows how "
+            "much hangs on the choices; it is not one better test, and its definitions are no independent trials.",
+            data="sensitivity.csv",
+        ),
+        Picture(
+            "strains.png",
+            "Mass in lumps over the strain at which a bond breaks, a curve for each run, falling with pressure.",
+            "Mass in lumps over the break strain, all else as used here; each curve is one run and comes from one "
+            "tree. The upright line is the strain used.",
+            data="strains.csv",
+        ),
     ]
 
 
-def of_other_pressures(evidence: Evidence) -> list[str]:
+def of_other_pressures(evidence: Evidence) -> list[Block]:
     """Whether other definitions would also find three pressures at which C1 to C3 hold, from a ladder of them.
 
     A definition that was not used to choose the pressures is at a disadvantage in ``section``; not so here.
@@ -78,14 +80,11 @@ def of_other_pressures(evidence: Evidence) -> list[str]:
     choices, lumps = _scan(configs)
     found = pd.DataFrame({"three such pressures": _any_three(lumps["sintered"].to_numpy())})
     return [
-        "## Would other definitions of a lump find such pressures?",
-        "",
+        Heading("Would other definitions of a lump find such pressures?"),
         f"For each of {len(choices)} definitions: are there three of the {len(pressures)} pressures at which, by means "
         "over seeds, lumps grow, the lowest gives more powder and the highest more lumps? There the definition is not "
         "the one by which the pressures were chosen, but each has its own.",
-        "",
-        *markdown(_by_choice(choices, found).drop(columns="all claims")),
-        "",
+        Table(_by_choice(choices, found).drop(columns="all claims")),
     ]
 
 
@@ -168,9 +167,9 @@ def _exceptions(choices: pd.DataFrame, holds: pd.DataFrame, usual: int) -> list[
         if len(changed) == 1 or other_rule:
             lost = [name for name in holds if holds[name].iloc[usual] and not holds[name].iloc[row]]
             if lost:
-                lines.append(f"- {_told(choices.iloc[row], changed)}: {', '.join(lost)}")
+                lines.append(f"{_told(choices.iloc[row], changed)}: {', '.join(lost)}")
     head = "Changed one at a time from the definition used here, these lose a claim:"
-    return [head, "", *lines] if lines else ["No single change of the definition used here loses a claim."]
+    return [head, listed(lines)] if lines else ["No single change of the definition used here loses a claim."]
 
 
 def _told(choice: pd.Series, changed: Sequence[str]) -> str:
@@ -231,15 +230,20 @@ def draw_strains(configs: Sequence[Config], evidence: Evidence) -> None:
     figure = Figure(figsize=(6.4, 3.6), layout="constrained")
     ax = figure.subplots()
     colours = colours_of(configs)
+    curves, steps = {}, np.linspace(0, STRAINS_TO, 161)
     for config in configs:
         strain, lumps = tree_curve(config)
+        held = lumps[np.searchsorted(strain, steps, side="right") - 1]
+        curves[f"{claims.arm(config)} {config.pressure:g} seed {config.seed}"] = held
         style = "-" if config.sintering.enabled else ":"
         label = f"{config.pressure:g}, {'sintered' if config.sintering.enabled else 'not sintered'}"
         ax.step(strain, lumps, style, where="post", color=colours[config.pressure], lw=1.2, label=label)
     ax.axvline(configs[0].analysis.break_strain, color=USUAL, lw=0.8)
     ax.axhline(0.5, color="0.6", lw=0.8, ls=":")
-    ax.set(xlim=(0, 0.8), ylim=(-0.02, 1.02), xlabel="break strain [1]", ylabel="mass in lumps [1]")
+    ax.set(xlim=(0, STRAINS_TO), ylim=(-0.02, 1.02), xlabel="break strain [1]", ylabel="mass in lumps [1]")
     handles, labels = ax.get_legend_handles_labels()
     once = dict(zip(labels, handles, strict=True))
     figure.legend(once.values(), once.keys(), loc="outside right center", frameon=False, fontsize=8, title="pressure")
     save(figure, evidence.folder / "strains.png")
+    table = pd.DataFrame(curves, index=pd.Index(steps, name="break_strain"))
+    table.to_csv(evidence.folder / "strains.csv", float_format="%.4g", lineterminator="\n")

@@ -12,61 +12,67 @@ from ..analysis import claims
 from ..analysis.classify import classify
 from ..config import Config
 from . import broken, sensitivity
+from . import claims as verdicts
+from .document import Findings, Picture, plain
 from .drawing import SNOW, column_title, crop, draw_snow, draw_stage, fragment_colours, save
-from .evidence import Evidence, Findings, in_paper_order, judged_scenes, markdown, opened
+from .evidence import Evidence, in_paper_order, opened
 
 PANEL = 2.3  # width of a panel [inches]
 
 
 @dataclass(frozen=True)
 class Row:
-    """One row of a strip: its label, and by frame its particles' places (n, 2) and colours by fragment (n,)."""
+    """One row of a strip: its label, and by frame its particles' places (n, 2), colours by fragment (n,) and lumps."""
 
     label: str
     places: dict[int, np.ndarray]  # empty if the run is missing
     colours: dict[int, np.ndarray]  # by fragment, from release on
+    measures: dict[int, dict[str, float]]  # likewise
 
 
 def report(evidence: Evidence) -> Findings:
     """The paper's figure, the same by fragment, the claims, and whether they hang on the definition of a lump."""
     experiment, first = evidence.experiment, evidence.configs[0]
-    rows = [_row(config, evidence) for config in in_paper_order(evidence.configs)]
+    rows = [_row(config, evidence) for config in in_paper_order(evidence.of_first_seed)]
     draw_strip(rows, experiment.frames, first, evidence.folder / "strip.png", by_fragment=False)
     draw_strip(rows, experiment.frames, first, evidence.folder / "fragments.png", by_fragment=True)
-    scenes = judged_scenes(evidence)
-    verdict = " ".join(claims.sentence(scene.table, scene.verdicts) for scene in scenes)
-    lines = [
-        f"**Verdict.** {verdict}",
-        "",
-        '"More lumps than powder" is read as: more than half of the mass is in lumps. '
-        "Means over seeds; the numbers are the mass fraction in lumps. conf/claims/paper.yaml says by which rule each "
-        f"claim is decided. One seed decides nothing: `snowrepro claims experiment={experiment.name} seeds=3` does"
-        + (": [what it found](claims/index.md)." if (evidence.folder / "claims" / "index.md").exists() else "."),
-        "",
-        *(line for scene in scenes for line in _verdict_table(scene)),
-        f"![Snow at {len(experiment.frames)} times, a row for each pressure, first with and then without sintering]"
-        "(strip.png)",
-        "",
-        "The runs in the paper's order and colours: pressure rises downwards, first with sintering, then without.",
-        "",
-        "![The same, coloured by fragment: lumps in colours, powder in grey](fragments.png)",
-        "",
+    _write_panels(rows, evidence.folder / "strip.csv")
+    scenes = ", ".join(plain(scene.name) for scene in evidence.scenes)
+    times = ", ".join(str(frame) for frame in experiment.frames)
+    strip = Picture(
+        "strip.png",
+        f"Snow in rows of runs over frames {times}: pressure rises downwards, first with and then without sintering.",
+        f"The runs in the paper's order and colours: {scenes}, seed {evidence.seeds[0]}. Pressure rises downwards, "
+        "first with sintering, then without.",
+        experiment.figure,
+        "strip.csv",
+    )
+    fragments = Picture(
+        "fragments.png",
+        "The same, coloured by fragment: lumps in colours, powder in grey.",
         "The same by fragment, from release on: each lump has a colour and keeps it, powder is grey.",
-        "",
+        data="strip.csv",
+    )
+    blocks = [
+        strip,
+        fragments,
+        *verdicts.section(evidence),
         *broken.section(evidence),
         *sensitivity.section(evidence),
     ]
-    return Findings(lines, verdict)
+    return Findings(blocks, " ".join(claims.sentence(scene.table, scene.verdicts) for scene in evidence.scenes))
 
 
-def _verdict_table(scene: claims.Scene) -> list[str]:
-    """A row a claim: what was measured, how it was decided, and what is against it."""
-    heads = ["claim", "statement", "measured", "seeds", "verdict", "against it", "note"]
-    rows = [
-        [v.claim, v.statement, v.measured, v.seeds, v.shown, "; ".join(v.disagrees) or "-", v.note or "-"]
-        for v in scene.verdicts
+def _write_panels(rows: Sequence[Row], path: Path) -> None:
+    """What each panel shows in numbers: a row a panel."""
+    cells = [
+        {"row": row.label.replace("\n", ", "), "frame": frame, **row.measures.get(frame, {})}
+        | {"x": places[:, 0].mean(), "y": places[:, 1].mean(), "width": np.ptp(places[:, 0])}
+        | {"height": np.ptp(places[:, 1])}
+        for row in rows
+        for frame, places in row.places.items()
     ]
-    return [f"Snow and floor: {scene.name}.", "", *markdown(pd.DataFrame(rows, columns=heads)), ""]
+    pd.DataFrame(cells).to_csv(path, index=False, float_format="%.5g", lineterminator="\n")
 
 
 def draw_strip(rows: Sequence[Row], frames: Sequence[int], config: Config, path: Path, by_fragment: bool) -> None:
@@ -101,11 +107,12 @@ def _row(config: Config, evidence: Evidence) -> Row:
     arm = "sintering" if config.sintering.enabled else "no sintering"
     label = f"pressure {config.pressure:g}\n{arm}"
     if not evidence.is_done(config):
-        return Row(label, {}, {})
+        return Row(label, {}, {}, {})
     frames = evidence.experiment.frames
     later = [frame for frame in frames if frame >= config.loading.press_frames]
     with opened(config) as dataset:
         fragments = classify(dataset, config.analysis, frames=later).fragments if later else []
         places = {frame: dataset["position"].sel(snapshot=frame).values for frame in frames}
     painted = zip(fragments, fragment_colours(fragments), strict=True)
-    return Row(label, places, {found.frame: colours for found, colours in painted})
+    measures = {found.frame: {"mass_in_lumps": found.lump_fraction, "lumps": found.lumps} for found in fragments}
+    return Row(label, places, {found.frame: colours for found, colours in painted}, measures)

@@ -8,7 +8,8 @@ import pandas as pd
 from ..config import Config
 from ..scene.build import build_scene
 from ..store import runs
-from .evidence import Evidence, Findings, markdown, opened
+from .document import Findings, Table
+from .evidence import Evidence, opened
 
 # Table 1 as printed: symbol, value, where it is in the config (None: it follows), where it acts.
 TABLE_1 = (
@@ -44,8 +45,7 @@ def report_parameters(evidence: Evidence) -> Findings:
     table.to_csv(evidence.folder / "table1.csv", index=False, lineterminator="\n")
     same = int((table["same"] == "yes").sum())
     verdict = f"{same} of {len(table)} parameters of Table 1 are used as printed."
-    lines = [f"**{verdict}**", "", *markdown(table), "", *_about_mass(config, mass)]
-    return Findings(lines, verdict)
+    return Findings([Table(table, data="table1.csv"), *_about_mass(config, mass)], verdict)
 
 
 def _about_mass(config: Config, mass: float) -> list[str]:
@@ -55,7 +55,6 @@ def _about_mass(config: Config, mass: float) -> list[str]:
         f"the reading `{config.reading.name}` at fidelity `{config.fidelity.name}`. The printed 0.01 kg is "
         "rho dx^2 / 4 for dx = 0.02 m, which is the reading `si`. As printed it is `material.mass`, which is used only "
         "where b is read as a force per particle (`reading.external_force=per_particle`).",
-        "",
         "The table prints no unit for E_0 and none for C_1 to C_5; units in which they are read: conf/.",
     ]
 
@@ -71,18 +70,15 @@ def report_timings(evidence: Evidence) -> Findings:
     table = pd.DataFrame(rows, columns=columns)
     table.to_csv(evidence.folder / "table2.csv", index=False, lineterminator="\n")
     told = "; ".join(f"{row[0]}: {row[2]} particles, {row[4]} s/frame (paper: {row[3]})" for row in rows)
-    lines = [
-        f"**{told}.**",
-        "",
-        *markdown(table),
-        "",
+    blocks = [
+        Table(table, data="table2.csv"),
         "Seconds a frame: mean over all frames of one run on one core, pressing, sintering, diagnostics and storing "
         "included, compilation not. Substeps: mean a frame; they follow the stiffness. The paper measured on a "
         "2.5 GHz Core i7 and prints neither its time step nor its substeps, so the ratio compares machines and "
         "settings as much as programs.",
         *_machines(evidence),
     ]
-    return Findings(lines, told)
+    return Findings(blocks, f"{told}.")
 
 
 def _machines(evidence: Evidence) -> list[str]:
@@ -92,7 +88,7 @@ def _machines(evidence: Evidence) -> list[str]:
         if evidence.is_done(config):
             with opened(config) as dataset:
                 machines.add(dataset.attrs["machine"])
-    return ["", f"Here: {'; '.join(sorted(machines))}."] if machines else []
+    return [f"Here: {'; '.join(sorted(machines))}."] if machines else []
 
 
 def _measured(config: Config, evidence: Evidence, printed: float) -> list[str]:

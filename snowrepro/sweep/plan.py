@@ -78,6 +78,17 @@ def split_seeds(overrides: Sequence[str]) -> tuple[int | None, list[str]]:
     return int(given[0]) if given else None, others
 
 
+def split_store(overrides: Sequence[str]) -> tuple[str, list[str]]:
+    """The store that overrides name, or the default; and the other overrides."""
+    return last_of(overrides, "store") or "runs", [text for text in overrides if not text.startswith("store=")]
+
+
+def last_of(overrides: Sequence[str], key: str) -> str | None:
+    """The value that a key is given last."""
+    values = [text.removeprefix(f"{key}=") for text in overrides if text.startswith(f"{key}=")]
+    return values[-1] if values else None
+
+
 def with_seeds(overrides: Sequence[str], seeds: int) -> list[str]:
     """The overrides of a sweep that has each run with the seeds 0 to ``seeds`` - 1.  Raises ConfigError."""
     if not 1 <= seeds <= MOST_SEEDS:

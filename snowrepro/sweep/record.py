@@ -17,6 +17,7 @@ RECORD = "sweep.json"
 # Overrides that change no result, and so no sweep.
 NOT_NAMED = ("store", "reports", "rerun", "threads", "deterministic", "checkpoint_seconds", "hydra")
 MOST_LETTERS = 120
+SEED = re.compile(r"(?<!\S)seed=(\d+)(?!\S)")  # in the overrides of a cell
 
 
 @dataclass(frozen=True)
@@ -77,6 +78,25 @@ def read(name: str, store: str | Path) -> Record:
 def plan_of(name: str, store: str | Path, more: Sequence[str] = ()) -> Plan:
     """The runs of a remembered sweep, as its overrides and ``more`` name them now.  Raises ConfigError."""
     return make_plan([*read(name, store).overrides, store_override(store), *more], multirun=True)
+
+
+def with_asked_seeds(overrides: Sequence[str], store: str | Path) -> list[str]:
+    """The overrides of a sweep with every seed that it was ever asked for with, if they name none themselves."""
+    if any(o.startswith("seed=") for o in overrides):
+        return list(overrides)
+    seeds = {int(seed) for found in asked(overrides, store) for seed in SEED.findall(" ".join(found.cells))}
+    return [*overrides, f"seed={','.join(map(str, sorted(seeds)))}"] if seeds else list(overrides)
+
+
+def asked(overrides: Sequence[str], store: str | Path) -> list[Record]:
+    """The remembered sweeps that ask for the same, whatever their seeds."""
+    found = (read(name, store) for name in names(store))
+    return [record for record in found if unseeded(record.overrides) == unseeded(overrides)]
+
+
+def unseeded(overrides: Sequence[str]) -> str:
+    """A sweep's name without its seeds."""
+    return name_of([o for o in overrides if not o.startswith("seed=")])
 
 
 def store_override(store: str | Path) -> str:

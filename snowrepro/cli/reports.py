@@ -1,0 +1,50 @@
+"""The command ``report``, and what others print of a report."""
+
+import argparse
+from collections.abc import Sequence
+
+from ..errors import ConfigError, ExitCode
+from ..sweep import record
+from ..sweep.plan import make_plan, split_seeds, split_store, with_seeds
+
+PAPER = "paper"
+
+
+def report_command(options: argparse.Namespace) -> ExitCode:
+    """Write a report from the store alone: of the whole paper, or of one experiment."""
+    store, words = split_store(options.overrides)
+    name = words.pop(0) if words and "=" not in words[0] else ""
+    named = any(word.startswith("experiment=") for word in words)
+    if name == PAPER or not (name or named):
+        from ..report.paper import write_paper
+
+        if any(word.startswith(("seeds=", "seed=")) for word in words):
+            raise ConfigError("the report on the paper shows every seed that was asked for: leave out the seeds")
+        print(f"report: {write_paper([*words, record.store_override(store)], store)}")
+        return ExitCode.FINE
+    print_report(overrides_of(name, words, store), store)
+    return ExitCode.FINE
+
+
+def overrides_of(name: str, more: Sequence[str], store: str) -> list[str]:
+    """The overrides of a sweep by its name, or that of its experiment, and what is written behind it."""
+    seeds, others = split_seeds(more)
+    if name:
+        known = name in record.names(store)
+        others = [*(record.read(name, store).overrides if known else [f"experiment={name}"]), *others]
+    others.append(record.store_override(store))
+    return with_seeds(others, seeds) if seeds is not None else others
+
+
+def print_report(overrides: Sequence[str], store: str) -> None:
+    """Write the report of an experiment, with every seed that it was asked for with, and say what it comes to."""
+    from ..report.page import draw, write_page_of
+
+    asked = record.with_asked_seeds(overrides, store)
+    plan = make_plan(asked, multirun=True)
+    if plan.configs[0].experiment is None:
+        raise ConfigError("a report is of an experiment, for example experiment=fig5")
+    part = draw(plan.configs, asked)
+    page = write_page_of(part)
+    print(f"verdict: {part.findings.verdict}")
+    print(f"report: {page}")
