@@ -10,7 +10,7 @@ from ..config import Config, Experiment
 from ..mpm.diagnostics import bounded
 from ..store.files import require_writable
 from ..store.states import standing
-from . import calibration, convergence, energy, grid, hardness, scenes, strip, tables
+from . import calibration, convergence, energy, grid, hardness, laws, scenes, strip, tables
 from .evidence import Evidence, gathered, in_paper_order, markdown, name_of, opened, origin
 
 # Who draws which picture.
@@ -26,6 +26,7 @@ PICTURES = {
     "convergence": convergence.report,
     "energy": energy.report,
     "hardness": hardness.report,
+    "laws": laws.report,
 }
 MOST_LISTED = 48  # runs; more are in summary.csv alone
 
