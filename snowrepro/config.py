@@ -312,7 +312,7 @@ class Experiment(Section):
     says: str = Field("", description="what the paper says of it")
     picture: Literal[
         "strip", "calibration", "shapes", "floors", "setting", "parameters", "timings", "grid", "convergence", "energy",
-        "hardness",
+        "hardness", "laws",
     ]  # fmt: skip
     frames: tuple[int, ...] = Field((), description="strip: the columns; setting: pressed and falling [frames]")
     calibrated_on: tuple[str, str] | None = Field(

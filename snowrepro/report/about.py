@@ -11,7 +11,7 @@ from ..config import Config
 from ..mpm.diagnostics import BOUNDED, bounded
 from ..store import manifest, runs, states
 from .document import Block, Fold, Section, Table, listed, plain
-from .evidence import Evidence, in_paper_order, name_of, opened
+from .evidence import Evidence, in_paper_order, made_by, name_of, opened
 
 MOST_LISTED = 48  # runs in a table that stands open
 # Columns of the summary that tell of the solver's health, and their heads.
@@ -146,8 +146,7 @@ def _environment(evidences: Sequence[Evidence]) -> list[Block]:
     """With which versions, code and machine the runs were made."""
     made: dict[tuple[str, ...], int] = {}
     for config in _done(evidences):
-        with opened(config) as dataset:
-            maker = tuple(str(dataset.attrs.get(key, "unknown")) for key in ("versions", "git_state", "machine"))
+        maker = made_by(config)
         made[maker] = made.get(maker, 0) + 1
     rows = [[count, *map(plain, maker)] for maker, count in sorted(made.items())]
     return [Table(pd.DataFrame(rows, columns=["runs", "versions", "code", "machine"]))]

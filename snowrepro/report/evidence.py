@@ -15,7 +15,7 @@ from ..analysis import claims
 from ..analysis.calibration import Crossing, half_pressure
 from ..analysis.summary import of_runs
 from ..config import Config, Experiment
-from ..store import runs
+from ..store import manifest, runs
 from .document import plain
 
 FOLDERS = ("store=", "reports=")  # of whoever made the report, and nothing to redo it by
@@ -97,6 +97,12 @@ def _half(scene: claims.Scene, alpha: float) -> Crossing:
     if lost:
         return Crossing(note=f"no result at {', '.join(f'{p:g}' for p in lost)}")
     return half_pressure(claims.arm_of(scene.table, "sintered", "lump_fraction").dropna(), alpha)
+
+
+def made_by(config: Config) -> tuple[str, str, str]:
+    """Versions, code and machine that made a finished run, as its manifest says."""
+    said = manifest.read(runs.run_dir(config))
+    return tuple(str(said.get(key, "unknown")) for key in ("versions", "git_state", "machine"))
 
 
 @contextmanager

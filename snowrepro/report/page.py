@@ -7,7 +7,7 @@ from pathlib import Path
 from ..config import Config
 from ..store.files import require_writable
 from ..sweep.record import unseeded
-from . import calibration, convergence, energy, grid, hardness, html, markdown, scenes, strip, tables
+from . import calibration, convergence, energy, grid, hardness, html, laws, markdown, scenes, strip, tables
 from .about import about_runs
 from .document import Block, Document, Findings, Section, moved
 from .evidence import Evidence, gathered, redo
@@ -27,6 +27,7 @@ PICTURES = {
     "convergence": convergence.report,
     "energy": energy.report,
     "hardness": hardness.report,
+    "laws": laws.report,
 }
 
 

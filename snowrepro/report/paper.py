@@ -16,7 +16,7 @@ TITLE = "Snow Simulation Considering Pressure Sintering: a reproduction"
 # The paper's own in its order, then studies of what they rest on.
 EXPERIMENTS = (
     "fig2", "fig3", "fig4", "table1", "table2", "fig5", "fig6", "grid",
-    "calibration", "convergence", "energy", "hardness",
+    "laws", "calibration", "convergence", "energy", "hardness",
 )  # fmt: skip
 
 

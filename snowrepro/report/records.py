@@ -15,7 +15,7 @@ from ..config import Claims
 from ..store import runs
 from ..store.files import published
 from .document import Block, Document, Fold, Heading, Picture, Section, Table
-from .evidence import Evidence, opened
+from .evidence import Evidence, made_by
 
 
 def write_records(evidence: Evidence, shown: dict[str, str]) -> None:
@@ -123,11 +123,7 @@ def _runs(evidence: Evidence) -> list[dict[str, Any]]:
 
 def _makers(evidence: Evidence) -> list[dict[str, str]]:
     """With which versions and code the runs were made, each pair once."""
-    found = set()
-    for config in evidence.configs:
-        if evidence.is_done(config):
-            with opened(config) as dataset:
-                found.add((dataset.attrs["versions"], dataset.attrs["git_state"]))
+    found = {made_by(config)[:2] for config in evidence.configs if evidence.is_done(config)}
     return [{"versions": versions, "git_state": state} for versions, state in sorted(found)]
 
 

@@ -1,0 +1,1 @@
+"""What others measured of snow, to set the paper's laws beside."""
