@@ -157,7 +157,7 @@ def _list_of_runs(evidence: Evidence, folder: Path) -> Section:
     first = runs.plain(evidence.configs[0])
     rows = [_row(config, first, evidence, folder) for config in in_paper_order(evidence.configs)]
     frame = pd.DataFrame(rows).dropna(axis=1, how="all")
-    table = Table(frame.fillna("-"), data=f"{_beside(evidence, folder)}summary.csv")
+    table = Table(frame.astype(object).fillna("-"), data=f"{_beside(evidence, folder)}summary.csv")
     settings = yaml.safe_dump(first, sort_keys=False, allow_unicode=True).rstrip()
     blocks: list[Block] = [
         _folded(f"All {len(frame)} runs", table, len(frame)),

@@ -69,7 +69,7 @@ def _block(block: Block) -> dict[str, Any]:
     if isinstance(block, Picture):
         return {"picture": asdict(block)}
     if isinstance(block, Table):
-        told = json.loads(block.frame.to_json(orient="split", double_precision=10, index=False))
+        told = {"columns": [*map(str, block.frame.columns)], "rows": block.frame.astype(object).values.tolist()}
         return {"table": told, "caption": block.caption, "file": block.data}
     if isinstance(block, Heading):
         return {"heading": block.text}

@@ -12,11 +12,13 @@ from matplotlib.image import imread
 
 from snowrepro.analysis import summary
 from snowrepro.config import Config
-from snowrepro.report.claims import write_claims
-from snowrepro.report.page import write_report
+from snowrepro.report.claims import screen
+from snowrepro.report.evidence import gathered
+from snowrepro.report.strip import Row
 from snowrepro.store import runs
 from snowrepro.store.provenance import provenance
 from snowrepro.sweep.plan import Plan, make_claims_plan
+from tests.report.reports import reported
 
 MADE_BY = provenance()
 LIKE_THE_PAPER = {340: 0.2, 530: 0.52, 3300: 0.8}
@@ -48,14 +50,18 @@ def fill(plan: Plan, lumps: Callable[[Config], float | None]) -> Plan:
 
 
 @pytest.fixture
-def judged(tmp_path):
+def judged(tmp_path, monkeypatch):
     """Judge an experiment with these lumps; returns its report and claims.json."""
+    monkeypatch.setattr("snowrepro.report.grid._draw_sheets", lambda _: [])  # these runs have no snow
+    monkeypatch.setattr("snowrepro.report.strip._row", lambda config, _: Row(f"{config.pressure:g}", {}, {}, {}))
+    for module in ("broken", "sensitivity"):
+        monkeypatch.setattr(f"snowrepro.report.{module}.section", lambda _: [])
 
     def judge(*overrides: str, seeds: int = 3, lumps: Callable[[Config], float | None] = paper_like):
         folders = [f"store={tmp_path}/runs", f"reports={tmp_path}/reports"]
         plan = fill(make_claims_plan([*overrides, *folders], seeds), lumps)
-        report = write_claims(plan.configs, [*overrides, *folders, f"seeds={seeds}"])
-        return report, json.loads((report.folder / "claims.json").read_text())
+        report = reported(plan.configs, plan.overrides)
+        return report, json.loads((report.evidence.folder / "claims.json").read_text())
 
     return judge
 
@@ -63,8 +69,9 @@ def judged(tmp_path):
 def test_one_scene_on_disk(judged, tmp_path):
     """Verdicts, numbers by cell, P50, the claims as they stood, and no folder of this machine."""
     report, record = judged("experiment=fig6")
-    assert report.folder == tmp_path / "reports" / "fig6" / "claims"
-    assert {p.name for p in report.folder.iterdir()} == {"index.md", "response.png", "claims.json", "claims.csv"}
+    assert report.evidence.folder == tmp_path / "reports" / "fig6"
+    found = {p.name for p in report.evidence.folder.iterdir()}
+    assert {"index.html", "index.md", "response.png", "claims.json", "claims.csv"} <= found
     (scene,) = record["scenes"]
     assert {v["claim"]: v["word"] for v in scene["verdicts"]} == dict.fromkeys(
         ["C1", "C2", "C3", "C4", "C5"], "REPRODUCED"
@@ -81,38 +88,42 @@ def test_one_scene_on_disk(judged, tmp_path):
     content = json.dumps(record["claims"]["content"], sort_keys=True, separators=(",", ":"))
     assert record["claims"]["sha256"] == hashlib.sha256(content.encode()).hexdigest()
     assert len(record["runs"]) == 18 and all(run["done"] for run in record["runs"])
-    assert {"versions", "git_state"} <= set(record["provenance"]["judged"])
-    table = pd.read_csv(report.folder / "claims.csv").set_index("claim")
+    assert [sorted(maker) for maker in record["provenance"]] == [["git_state", "versions"]]
+    table = pd.read_csv(report.evidence.folder / "claims.csv").set_index("claim")
     assert table.loc["C1", "p"] == pytest.approx(1 / 216, rel=1e-4)
     assert table.loc["C6", "verdict"] == "NOT RUN"
-    page = (report.folder / "index.md").read_text()
-    assert page.index("| C1 |") < page.index("response.png") < page.index("## The rules")
-    assert "snowrepro claims experiment=fig6 seeds=3" in page
-    for name in ("index.md", "claims.json", "claims.csv"):
-        assert str(tmp_path) not in (report.folder / name).read_text()
-    assert (np.abs(imread(report.folder / "response.png")[..., :3] - [0xD5 / 255, 0x5E / 255, 0]) < 0.02).all(-1).any()
+    page = (report.evidence.folder / "index.md").read_text()
+    assert page.index("| C1 |") < page.index("response.png") < page.index("The rules by which")
+    assert "snowrepro run experiment=fig6 seed=0,1,2" in page
+    for name in ("index.html", "index.md", "report.json", "claims.json", "claims.csv"):
+        assert str(tmp_path) not in (report.evidence.folder / name).read_text()
+    assert (
+        (np.abs(imread(report.evidence.folder / "response.png")[..., :3] - [0xD5 / 255, 0x5E / 255, 0]) < 0.02)
+        .all(-1)
+        .any()
+    )
 
 
 def test_the_screen_is_readable(judged):
     """No line is wider than a terminal; each claim has statement, effect, seeds, p and verdict."""
     report, _ = judged("experiment=fig5")
-    assert max(map(len, report.lines)) <= 100
-    text = "\n".join(report.lines)
+    lines = screen(report.evidence)
+    assert max(map(len, lines)) <= 100
+    text = "\n".join(lines)
     assert "REPRODUCED (by calibration, no test)" in text.split("C1 ")[1].splitlines()[0]
     assert "0.60 [0.60, 0.60] 340 to 3300" in text
     assert "0.0046" in text
     assert "With sintering, lumps grow with pressure. (Kendall's tau 1.00 [1.00, 1.00])" in text
     assert text.split("C4 ")[1].splitlines()[0].endswith(" REPRODUCED")
-    assert report.lines[-1].startswith("P50, the pressure at which half")
+    assert lines[-1].startswith("P50, the pressure at which half")
 
 
 def test_same_store_same_bytes(judged):
-    """But for the time at which it was judged."""
+    """Whether runs were there already or not."""
     first, record = judged("experiment=fig5")
-    kept = {p.name: p.read_bytes() for p in first.folder.iterdir() if p.name != "claims.json"}
+    kept = {p.name: p.read_bytes() for p in first.evidence.folder.iterdir()}
     again, other = judged("experiment=fig5", lumps=lambda _: None)
-    assert kept == {p.name: p.read_bytes() for p in again.folder.iterdir() if p.name != "claims.json"}
-    del record["provenance"], other["provenance"]
+    assert kept == {p.name: p.read_bytes() for p in again.evidence.folder.iterdir()}
     assert record == other
 
 
@@ -126,15 +137,16 @@ def test_a_missing_run_is_not_run_and_named(judged):
     assert [name for name, word in words.items() if word == "NOT RUN"] == ["C1", "C5"]
     assert record["scenes"][0]["P50"]["pressure"] is None
     assert [run["done"] for run in record["runs"]].count(False) == 1
-    assert "**missing**: star on stair3, 530, paper, seed 2: never run" in (report.folder / "index.md").read_text()
-    assert "no result at 530" in "\n".join(report.lines)
+    page = (report.evidence.folder / "index.md").read_text()
+    assert "**missing** (pending): star on stair3, 530, paper, seed 2: never run" in page
+    assert "no result at 530" in "\n".join(screen(report.evidence))
 
 
 def test_all_runs_missing(judged):
     """Nothing to draw, nothing to judge, no traceback."""
     report, record = judged("experiment=fig6", lumps=lambda _: None)
     assert {v["word"] for v in record["scenes"][0]["verdicts"]} == {"NOT RUN"}
-    assert (report.folder / "response.png").exists()
+    assert (report.evidence.folder / "response.png").exists()
 
 
 def grid(config: Config) -> float:
@@ -161,33 +173,32 @@ def test_scenes_are_judged_together(judged):
     assert (odd["shape"], odd["floor"]) == ("star", "triangle")
     assert odd["P50"]["note"] == "not crossed: half or more in lumps at every pressure"
     assert [v["word"] for v in odd["verdicts"]][1] == "CONTRADICTED"
-    assert max(map(len, report.lines)) <= 100
-    assert "REPRODUCED*" in next(line for line in report.lines if line.startswith("ball on L "))
-    assert "CONTRADICTED-" in next(line for line in report.lines if line.startswith("star on triangle"))
-    assert "C2: star on triangle" in "\n".join(report.lines)
-    assert "All other scenes are prediction" in (report.folder / "index.md").read_text()
-    assert len(pd.read_csv(report.folder / "claims.csv")) == 1 + 6 * 5
+    lines = screen(report.evidence)
+    assert max(map(len, lines)) <= 100
+    assert "REPRODUCED*" in next(line for line in lines if line.startswith("ball on L "))
+    assert "CONTRADICTED-" in next(line for line in lines if line.startswith("star on triangle"))
+    assert "C2: star on triangle" in "\n".join(lines)
+    assert "All other scenes are prediction" in (report.evidence.folder / "index.md").read_text()
+    assert len(pd.read_csv(report.evidence.folder / "claims.csv")) == 1 + 6 * 5
 
 
-def test_the_grids_own_report_counts_the_same(tmp_path, monkeypatch):
-    """One seed: counts with Holm's p, the scenes that disagree by name, C6's word, and where to get verdicts."""
-    monkeypatch.setattr("snowrepro.report.grid._draw_sheets", lambda *_: [])  # these runs have no snow
-    monkeypatch.setattr("snowrepro.report.page._runs", lambda _: [])
-    plan = fill(make_claims_plan([*GRID, f"store={tmp_path}/runs", f"reports={tmp_path}/reports"], 1), grid)
-    report = write_report(plan.configs, ["experiment=grid"])
-    assert "C2 in 4 of 5" in report.verdict
-    assert report.verdict.endswith("C6: INCONCLUSIVE.")
-    page = (report.folder / "index.md").read_text()
+def test_one_seed_counts_scenes_and_decides_none(judged):
+    """Counts with Holm's p, the scenes that disagree by name, C6's word."""
+    report, _ = judged(*GRID, seeds=1, lumps=grid)
+    assert "C2 in 4 of 5" in report.findings.verdict
+    assert report.findings.verdict.endswith("C6: INCONCLUSIVE.")
+    page = (report.evidence.folder / "index.md").read_text()
     row = (
         "| C2 | With sintering, the lowest pressure gives more powder than lumps. | 4 of 5 | 0.56 | star on triangle |"
     )
     assert row in page
-    assert "`snowrepro claims experiment=grid seeds=3`" in page
 
 
-def test_a_ladder_of_the_calibration_is_calibrated(judged):
+def test_a_ladder_of_the_calibration_is_calibrated(tmp_path):
     """Its own sintered runs chose the pressures; without unsintered runs C4 and C5 are not run."""
-    _, record = judged("experiment=calibration", lumps=lambda c: float(np.interp(np.log(c.pressure), [4, 8.5], [0, 1])))
-    verdicts = {v["claim"]: v for v in record["scenes"][0]["verdicts"]}
-    assert verdicts["C1"]["shown"] == "REPRODUCED (by calibration, no test)"
-    assert verdicts["C4"]["word"] == verdicts["C5"]["word"] == "NOT RUN"
+    plan = make_claims_plan(["experiment=calibration", f"store={tmp_path}"], 3)
+    fill(plan, lambda c: float(np.interp(np.log(c.pressure), [4, 8.5], [0, 1])))
+    (scene,) = gathered(plan.configs, tmp_path).scenes
+    verdicts = {v.claim: v for v in scene.verdicts}
+    assert verdicts["C1"].shown == "REPRODUCED (by calibration, no test)"
+    assert verdicts["C4"].word == verdicts["C5"].word == "NOT RUN"

@@ -10,13 +10,15 @@ from snowrepro.config import Experiment
 from snowrepro.report import convergence, hardness
 from snowrepro.report.drawing import LUMPS, POWDER, fragment_colours
 from snowrepro.report.evidence import Evidence
-from snowrepro.report.page import write_report
 from snowrepro.simulation import simulate
 from snowrepro.store import runs
 from snowrepro.sweep.plan import make_plan
 from tests.analysis.pictures import ball, classified
 from tests.conftest import SMALL
+from tests.report.reports import reported
 from tests.validation.test_indenter import QUICK
+
+PAGES = {"index.html", "index.md", "report.json"}
 
 
 @pytest.fixture
@@ -35,29 +37,28 @@ def stored(small_run, small_config, tmp_path):
 
 def test_report_shows_runs_and_what_is_missing(stored):
     """Pictures, a row a run, the verdict first, and a missing run as missing."""
-    report = write_report(stored, ["experiment=fig5", "store=/somewhere/of/mine"])
-    page = (report.folder / "index.md").read_text()
+    report = reported(stored, ["experiment=fig5", "store=/somewhere/of/mine"])
+    page = (report.evidence.folder / "index.md").read_text()
     assert "/somewhere" not in page
-    assert page.index("**Verdict.**") < page.index("strip.png")
+    assert page.index("**C4.**") < page.index("strip.png")
     assert "| C4 |" in page
     assert "NOT RUN" in page.split("| C4 |")[1].splitlines()[0]
     c3 = page.split("| C3 |")[1].splitlines()[0]
     assert "INCONCLUSIVE (pressures calibrated here)" in c3 and "one seed decides nothing; the numbers" in c3
-    assert "`snowrepro claims experiment=fig5 seeds=3`" in page
-    assert "**missing**: ball on L, 3000, none, seed 0: never run" in page
+    assert "**missing** (pending): ball on L, 3000, none, seed 0: never run" in page
     assert "snowrepro run experiment=fig5" in page
-    assert len(pd.read_csv(report.folder / "summary.csv")) == 1
+    assert len(pd.read_csv(report.evidence.folder / "summary.csv")) == 1
     for name in ("strip.png", "fragments.png"):
-        pixels = imread(report.folder / name)[..., :3]
+        pixels = imread(report.evidence.folder / name)[..., :3]
         assert (np.abs(pixels - [0x30 / 255, 0x7A / 255, 0x78 / 255]).max(axis=-1) < 0.01).mean() > 0.02  # the floor
-    assert {"survival.png", "bonds.png"} <= {path.name for path in report.folder.iterdir()}
+    assert {"survival.png", "bonds.png"} <= {path.name for path in report.evidence.folder.iterdir()}
     assert "Not scanned: runs are missing" in page
 
 
 def test_same_store_same_bytes(stored):
     """Drawing twice gives the same files."""
-    first = {p.name: p.read_bytes() for p in write_report(stored, []).folder.iterdir()}
-    second = {p.name: p.read_bytes() for p in write_report(stored, []).folder.iterdir()}
+    first = {p.name: p.read_bytes() for p in reported(stored).evidence.folder.iterdir()}
+    second = {p.name: p.read_bytes() for p in reported(stored).evidence.folder.iterdir()}
     assert first == second
 
 
@@ -80,26 +81,26 @@ def test_lumps_keep_the_colour_of_their_ancestor():
 
 
 @pytest.mark.parametrize(
-    ("experiment", "picture", "told"),
+    ("experiment", "files", "told"),
     [
-        ("fig2", "shapes.png", "star 22,076"),
-        ("fig3", "floors.png", "stair1, stair2, stair3"),
-        ("table1", "table1.csv", "12 of 13 parameters"),
+        ("fig2", {"shapes.png", "shapes.csv"}, "star 22,076"),
+        ("fig3", {"floors.png", "floors.csv"}, "stair1, stair2, stair3"),
+        ("table1", {"table1.csv"}, "12 of 13 parameters"),
     ],
 )
-def test_scenes_and_parameters_need_no_runs(tmp_path, experiment, picture, told):
+def test_scenes_and_parameters_need_no_runs(tmp_path, experiment, files, told):
     """Figures 2 and 3 and Table 1 come from the configuration alone, and the store is not touched."""
     plan = make_plan([f"experiment={experiment}", f"store={tmp_path}/runs", f"reports={tmp_path}/reports"], False)
-    report = write_report(plan.configs, plan.overrides)
-    assert told in report.verdict
-    assert {p.name for p in report.folder.iterdir()} == {"index.md", picture}
+    report = reported(plan.configs, plan.overrides)
+    assert told in report.findings.verdict
+    assert {p.name for p in report.evidence.folder.iterdir()} == PAGES | files
     assert not (tmp_path / "runs").exists()
 
 
 def test_the_parameters_are_compared_with_what_is_used(tmp_path):
     """A value that is not the paper's is marked; in SI the particle's mass is the paper's."""
     plan = make_plan(["experiment=table1", "material.E=1e5", "reading=si", f"reports={tmp_path}"], False)
-    table = pd.read_csv(write_report(plan.configs, []).folder / "table1.csv").set_index("parameter")
+    table = pd.read_csv(reported(plan.configs).evidence.folder / "table1.csv").set_index("parameter")
     assert list(table.index[table["same"] != "yes"]) == ["E_0"]
     assert table.loc["E_0", "used"] == 1e5
 
@@ -108,8 +109,8 @@ def test_the_setting_shows_force_and_gravity(stored, small_config):
     """Figure 4: red arrows around the pressed snow on the left, a blue one on the right."""
     setting = {"name": "fig4", "title": "setting", "picture": "setting", "frames": (8, 40)}
     config = stored[0].model_copy(update={"experiment": Experiment(**setting)})
-    report = write_report([config], [])
-    pixels = imread(report.folder / "setting.png")[..., :3]
+    report = reported([config], [])
+    pixels = imread(report.evidence.folder / "setting.png")[..., :3]
     left, right = np.array_split(pixels, 2, axis=1)
     red, blue = np.array([0xD6, 0x27, 0x28]) / 255, np.array([0x1F, 0x4F, 0xD8]) / 255
 
@@ -125,8 +126,8 @@ def test_timings_stand_beside_the_papers(stored):
     timings = Experiment(name="table2", title="timings", picture="timings")
     star = compose([*SMALL, "scene=star_on_square", f"store={stored[0].store}"])
     configs = [config.model_copy(update={"experiment": timings}) for config in (stored[0], star)]
-    report = write_report([configs[0].model_copy(update={"reports": stored[0].reports}), configs[1]], [])
-    ball, star_row = pd.read_csv(report.folder / "table2.csv", dtype=str).to_dict("records")
+    report = reported([configs[0].model_copy(update={"reports": stored[0].reports}), configs[1]], [])
+    ball, star_row = pd.read_csv(report.evidence.folder / "table2.csv", dtype=str).to_dict("records")
     assert ball["particles (paper)"] == "8,151" and ball["s/frame (paper)"] == "0.25"
     assert ball["particles"] == "2,038"
     assert float(ball["s/frame"]) == 0.01
@@ -139,13 +140,14 @@ def test_the_grid_counts_claims_over_scenes(stored):
     grid = Experiment(name="grid", title="grid", picture="grid", calibrated_on=("ball", "L"))
     other = compose([*SMALL, "floor=square", "pressure=3000", f"store={stored[0].store}"])
     configs = [config.model_copy(update={"experiment": grid}) for config in (*stored, other)]
-    report = write_report([configs[0].model_copy(update={"reports": stored[0].reports}), *configs[1:]], [])
-    page = (report.folder / "index.md").read_text()
-    assert "C1 in 0 of 0" in report.verdict
-    assert {p.name for p in report.folder.iterdir()} == {
-        "index.md", "summary.csv", "curves.png", "sintered-3000.png", "unsintered-3000.png"
+    report = reported([configs[0].model_copy(update={"reports": stored[0].reports}), *configs[1:]], [])
+    page = (report.evidence.folder / "index.md").read_text()
+    assert "C1 in 0 of 0" in report.findings.verdict
+    assert {p.name for p in report.evidence.folder.iterdir()} == {
+        "summary.csv", "heatmap.png", "scenes.csv", "response.png", "claims.csv", "claims.json",
+        "sintered-3000.png", "unsintered-3000.png", *PAGES,
     }  # fmt: skip
-    assert "**missing**: ball on square, 3000, paper, seed 0" in page
+    assert "**missing** (pending): ball on square, 3000, paper, seed 0" in page
     assert "missing" in page.split("| ball | square |")[1].splitlines()[0]
     assert "core-hours" in page
 
@@ -154,16 +156,16 @@ def test_the_ledger_is_drawn_and_told(stored):
     """Each stage of the run that is there: parts of the turnover, and how much has no cause."""
     energy = Experiment(name="energy", title="energy", picture="energy")
     configs = [config.model_copy(update={"experiment": energy}) for config in stored]
-    report = write_report(configs, [])
-    assert {p.name for p in report.folder.iterdir()} == {"index.md", "summary.csv", "energy.csv", "energy.png"}
-    pressed, falling = pd.read_csv(report.folder / "energy.csv").to_dict("records")
+    report = reported(configs, [])
+    assert {p.name for p in report.evidence.folder.iterdir()} == PAGES | {"summary.csv", "energy.csv", "energy.png"}
+    pressed, falling = pd.read_csv(report.evidence.folder / "energy.csv").to_dict("records")
     assert (pressed["stage"], falling["stage"]) == ("pressed", "falling")
     assert pressed["gravity_work"] == 0 < falling["gravity_work"]
     assert 0 < falling["unclosed"] < 0.02
     parts = sum(abs(value) for name, value in falling.items() if name.endswith("_work"))
     assert 0.9 < parts <= 1 + 1e-5  # what causes gave and took again in the stage is not in the sums
-    assert f"{falling['unclosed']:.1%} from the release on" in report.verdict
-    assert "At pressure 3000 sintering" in report.verdict
+    assert f"{falling['unclosed']:.1%} from the release on" in report.findings.verdict
+    assert "At pressure 3000 sintering" in report.findings.verdict
 
 
 def test_convergence_tells_what_moves_beyond_the_seeds(tmp_path):
@@ -211,18 +213,18 @@ def test_lumps_are_set_beside_hardness(stored):
     tested = compose([*QUICK, f"store={stored[0].store}"])
     runs.save(simulate(tested), tested, wall_seconds=3.0)
     configs = [config.model_copy(update={"experiment": study}) for config in (*stored, tested)]
-    report = write_report([configs[0].model_copy(update={"reports": stored[0].reports}), *configs[1:]], [])
-    assert report.verdict.startswith("Too few runs")
-    page = (report.folder / "index.md").read_text()
+    report = reported([configs[0].model_copy(update={"reports": stored[0].reports}), *configs[1:]], [])
+    assert report.findings.verdict.startswith("Too few runs")
+    page = (report.evidence.folder / "index.md").read_text()
     assert "ball on L, 3000, paper, seed 0, indented: " in page
-    assert "**missing**: ball on L, 3000, none, seed 0: never run" in page
-    table = pd.read_csv(report.folder / "summary.csv")
+    assert "**missing** (pending): ball on L, 3000, none, seed 0: never run" in page
+    table = pd.read_csv(report.evidence.folder / "summary.csv")
     assert table["indenter"].notna().tolist() == [False, True]
     assert table["hardness"].notna().tolist() == [False, True]
     assert table["lump_fraction"].notna().tolist() == [True, False]
     (row,) = hardness.paired(table).reset_index().to_dict("records")
     assert row["hardness"] == table["hardness"][1] and row["lump_fraction"] == table["lump_fraction"][0]
-    assert {p.name for p in report.folder.glob("*.png")} == {"curves.png", "measures.png", "scatter.png"}
+    assert {p.name for p in report.evidence.folder.glob("*.png")} == {"curves.png", "measures.png", "scatter.png"}
 
 
 def snows(hardness_of, lumps_of):
