@@ -27,7 +27,7 @@ MOST_LISTED = 20  # of a state, in a status
 def run_command(options: argparse.Namespace) -> ExitCode:
     """Validate everything, run what is not done, then report from the store."""
     part = read_part(options.part) if options.part else None
-    plan = _asked_for(options.overrides, options.multirun, part)
+    plan = asked_for(options.overrides, options.multirun, part)
     if not plan.runs:
         say("this part of the sweep has no runs")
         return ExitCode.FINE
@@ -84,7 +84,7 @@ def status_command(options: argparse.Namespace) -> ExitCode:
     """Say how far one sweep is, or all that the store remembers."""
     from ..sweep import record, todo
 
-    store, words = _split_store(options.overrides)
+    store, words = split_store(options.overrides)
     if not words:
         return _all_sweeps(store)
     plan = _sweep(options.overrides, options.multirun)
@@ -108,7 +108,7 @@ def retry_command(options: argparse.Namespace) -> ExitCode:
     from ..sweep import record
     from ..sweep.explain import config_of_run
 
-    store, words = _split_store(options.overrides)
+    store, words = split_store(options.overrides)
     named = words[:1] and "=" not in words[0] and words[0] not in record.names(store)
     plan = None if named else _sweep(options.overrides, options.multirun)
     configs = plan.configs if plan else [config_of_run(words[0], store)]
@@ -123,7 +123,7 @@ def retry_command(options: argparse.Namespace) -> ExitCode:
     return _require_results(plan)
 
 
-def _asked_for(overrides: Sequence[str], multirun: bool, part: tuple[int, int] | None = None) -> Plan:
+def asked_for(overrides: Sequence[str], multirun: bool, part: tuple[int, int] | None = None) -> Plan:
     """The plan of a command line, with seeds=N written out.  Raises ConfigError."""
     seeds, others = split_seeds(overrides)
     if seeds is not None:
@@ -135,20 +135,20 @@ def _sweep(overrides: Sequence[str], multirun: bool) -> Plan:
     """The plan of a sweep that is named, or described by overrides; of what has no runs there is none."""
     from ..sweep import record
 
-    store, words = _split_store(overrides)
+    store, words = split_store(overrides)
     if words and words[0] in record.names(store):
         return record.plan_of(words[0], store, words[1:])
     if words and "=" not in words[0]:
         record.read(words[0], store)  # says which there are
-    plan = _asked_for(overrides, multirun)
+    plan = asked_for(overrides, multirun)
     if not plan.needs_runs:
         raise ConfigError(f"experiment '{plan.configs[0].experiment.name}' has no runs")
     return plan
 
 
-def _split_store(overrides: Sequence[str]) -> tuple[str, list[str]]:
+def split_store(overrides: Sequence[str], default: str = "runs") -> tuple[str, list[str]]:
     """The store that overrides name, or the default; and the other overrides."""
-    return _last(overrides, "store") or "runs", [text for text in overrides if not text.startswith("store=")]
+    return _last(overrides, "store") or default, [text for text in overrides if not text.startswith("store=")]
 
 
 def _last(overrides: Sequence[str], key: str) -> str | None:
