@@ -45,12 +45,16 @@ def by_damage(motion: Motion, index: int, bonds: Bonds, history: BondHistory, an
 
     The gate of peridynamics: damage of a particle is the part of its bonds that broke.
     """
-    count = motion.position.shape[1]
-    broken = history.strain(analysis.break_by) > analysis.break_strain
-    degree = np.bincount(bonds.pairs.ravel(), minlength=count)
-    lost = np.bincount(bonds.pairs[broken].ravel(), minlength=count)
-    sound = (lost < analysis.damage * degree) & ~motion.vanished[index]
+    laid, lost = bonds_lost(bonds, history, analysis, motion.position.shape[1])
+    sound = (lost < analysis.damage * laid) & ~motion.vanished[index]
     return _near(motion, index, sound, analysis.link_length)
+
+
+def bonds_lost(bonds: Bonds, history: BondHistory, analysis: Analysis, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """How many bonds each of ``count`` particles had at release, and how many of them broke, each (count,)."""
+    broken = history.strain(analysis.break_by) > analysis.break_strain
+    laid = np.bincount(bonds.pairs.ravel(), minlength=count)
+    return laid, np.bincount(bonds.pairs[broken].ravel(), minlength=count)
 
 
 DEFINITIONS: dict[str, Callable[[Motion, int, Bonds, BondHistory, Analysis], np.ndarray]] = {

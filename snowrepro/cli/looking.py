@@ -1,14 +1,13 @@
-"""Commands that look at one run or configuration: ``config``, ``classify``, ``film``."""
+"""Commands that look at one run or configuration: ``config``, ``classify``."""
 
 import argparse
 from collections.abc import Sequence
-from pathlib import Path
 
-from ..composition import compose_raw, config_of
+from ..composition import compose_raw
 from ..errors import ConfigError, ExitCode
 from ..store.files import require_writable
 from ..sweep.plan import make_plan
-from .screen import console, print_rows, say
+from .screen import print_rows, say
 
 
 def config_command(options: argparse.Namespace) -> ExitCode:
@@ -45,18 +44,6 @@ def classify_command(options: argparse.Namespace) -> ExitCode:
         if options.out:
             write(found, options.out)
             print(options.out)
-    return ExitCode.FINE
-
-
-def film_command(options: argparse.Namespace) -> ExitCode:
-    """Write a film of one run."""
-    from ..report.film import film
-    from ..store.runs import open_run
-
-    with open_run(options.run, options.store) as dataset:
-        path = options.out or Path(dataset.encoding["source"]).with_name("film.mp4")
-        film(dataset, config_of(dataset), path, quiet=not console.is_terminal)
-    print(path)
     return ExitCode.FINE
 
 

@@ -90,6 +90,23 @@ examples:
   snowrepro classify ball-L-530-paper-paper-0-2f63b27e3e
   snowrepro classify other.nc --release 40 definition=proximity --frames all --out fragments
 """
+ANIMATE_HELP = """\
+A run is the id of one (or its beginning or end), a run's file, or the name of a remembered sweep; or overrides as for
+'snowrepro run' name all runs.  Several are shown in a grid, in step by time; each panel says what its run differs in,
+and one whose run has no result says why.
+
+  snow        as the paper draws it
+  fragment    lumps in colours, powder in grey, and the part of the mass in lumps
+  density     density of Eq. 2
+  J_P         plastic volume ratio
+  damage      part of each particle's bonds that broke
+
+examples:
+  snowrepro animate ball-L-530-paper-paper-0-2f63b27e3e
+  snowrepro animate 2f63b27e3e --by damage --speed 0.25 --from 250 --out impact.gif
+  snowrepro animate experiment=fig5 --out fig5.mp4
+  snowrepro animate experiment=grid pressure=3300 sintering=paper --fps 8 --width 1600
+"""
 CLAIMS_HELP = f"""\
 Runs the experiment with the seeds 0 to N - 1, as far as it is not done, and judges the paper's claims by the
 rules of conf/claims: a table here; pictures, claims.json and claims.csv in reports/<experiment>/claims/.
@@ -242,10 +259,26 @@ def _add_looking(commands: argparse._SubParsersAction) -> None:
     classify.add_argument("--frames", choices=("last", "all"), default="last", help="of which fragments are wanted")
     classify.add_argument("--out", type=Path, metavar="FOLDER", help="write fragments.csv, fragments.nc, measures.json")
 
-    film = _add(commands, "film", "looking.film_command", "an mp4 of a run, beside it coloured by fragment")
-    film.add_argument("run", help="id of a run in the store, or path of its file")
-    _add_store(film)
-    film.add_argument("--out", type=Path, metavar="FILE", help="default: film.mp4 beside the run's file")
+    animate = _add(
+        commands, "animate", "animate.animate_command", "an mp4 or gif of a run, or of several side by side",
+        ANIMATE_HELP,
+    )  # fmt: skip
+    animate.add_argument("overrides", nargs="+", metavar="run", help="see below")
+    animate.add_argument(
+        "--out", type=Path, default=Path("animation.mp4"), metavar="FILE", help=".mp4 or .gif (default: %(default)s)"
+    )
+    animate.add_argument(
+        "--by",
+        choices=("snow", "fragment", "density", "J_P", "damage"),
+        help="what colours show (default: fragment, and of one run beside it the snow)",
+    )
+    animate.add_argument("--speed", type=float, default=1.0, help="default: 1, as fast as the snow moved")
+    animate.add_argument("--fps", type=float, help="pictures a second; default: every stored state once, at most 25")
+    animate.add_argument(
+        "--from", type=int, dest="start", metavar="FRAME", help="to begin with; default: late in the pressing"
+    )
+    animate.add_argument("--width", type=int, default=1080, metavar="PIXELS", help="default: %(default)s")
+    _add_store(animate)
 
 
 def _add_store(command: argparse.ArgumentParser) -> None:

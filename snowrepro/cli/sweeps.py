@@ -37,7 +37,7 @@ MOST_LISTED = 20  # of a state, in a status
 def run_command(options: argparse.Namespace) -> ExitCode:
     """Validate everything, run what is not done, then report from the store."""
     part = read_part(options.part) if options.part else None
-    plan = _asked_for(options.overrides, options.multirun, part)
+    plan = asked_for(options.overrides, options.multirun, part)
     if not plan.runs:
         say("this part of the sweep has no runs")
         return ExitCode.FINE
@@ -135,7 +135,7 @@ def retry_command(options: argparse.Namespace) -> ExitCode:
     return _require_results(plan)
 
 
-def _asked_for(overrides: Sequence[str], multirun: bool, part: tuple[int, int] | None = None) -> Plan:
+def asked_for(overrides: Sequence[str], multirun: bool, part: tuple[int, int] | None = None) -> Plan:
     """The plan of a command line, with seeds=N written out.  Raises ConfigError."""
     seeds, others = split_seeds(overrides)
     if seeds is not None:
@@ -152,7 +152,7 @@ def _sweep(overrides: Sequence[str], multirun: bool) -> Plan:
         return record.plan_of(words[0], store, words[1:])
     if words and "=" not in words[0]:
         record.read(words[0], store)  # says which there are
-    plan = _asked_for(overrides, multirun)
+    plan = asked_for(overrides, multirun)
     if not plan.needs_runs:
         raise ConfigError(f"experiment '{plan.configs[0].experiment.name}' has no runs")
     return plan

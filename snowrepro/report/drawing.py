@@ -6,6 +6,7 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import PathCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
@@ -66,10 +67,10 @@ def draw_stage(ax: Axes, config: Config) -> None:
 
 def draw_snow(
     ax: Axes, config: Config, places: np.ndarray, points_per_unit: float, colour: str | np.ndarray = SNOW
-) -> None:
+) -> PathCollection:
     """Particles at ``places`` (n, 2) as discs that just cover the snow as it was at the start."""
     diameter = config.dx / np.sqrt(config.fidelity.particles_per_cell) * COVER
-    ax.scatter(*places.T, s=(diameter * points_per_unit) ** 2, c=colour, linewidths=0, rasterized=True)
+    return ax.scatter(*places.T, s=(diameter * points_per_unit) ** 2, c=colour, linewidths=0, rasterized=True)
 
 
 def save(figure: Figure, path: Path) -> None:

@@ -78,9 +78,9 @@ def split_seeds(overrides: Sequence[str]) -> tuple[int | None, list[str]]:
     return int(given[0]) if given else None, others
 
 
-def split_store(overrides: Sequence[str]) -> tuple[str, list[str]]:
+def split_store(overrides: Sequence[str], default: str = "runs") -> tuple[str, list[str]]:
     """The store that overrides name, or the default; and the other overrides."""
-    return last_of(overrides, "store") or "runs", [text for text in overrides if not text.startswith("store=")]
+    return last_of(overrides, "store") or default, [text for text in overrides if not text.startswith("store=")]
 
 
 def last_of(overrides: Sequence[str], key: str) -> str | None:
