@@ -35,10 +35,10 @@
     return numbers;
   }
 
-  /** Undo differences in time: each row of `width` numbers but the first of a block is added to the one before. */
+  /** Undo differences in time: in blocks of `rows` rows of `width` numbers, each row adds to the one before. */
   function accumulate(numbers, width, rows) {
-    for (let i = width; i < numbers.length; i++) {
-      if (Math.floor(i / width) % rows) numbers[i] += numbers[i - width];
+    for (let block = 0; block < numbers.length; block += width * rows) {
+      for (let i = block + width; i < block + width * rows; i++) numbers[i] += numbers[i - width];
     }
     return numbers;
   }
@@ -253,7 +253,9 @@
     const shared = new Map(now.lumps.map((lump) => [lump.name, new Map()]));
     now.fragment.forEach((name, i) => {
       const parts = shared.get(name);
-      if (parts) parts.set(before.fragment[i], (parts.get(before.fragment[i]) || 0) + massOf(run, i));
+      if (!parts || isGone(run, now.frame, i)) return;
+      const parent = before.fragment[i];
+      parts.set(parent, (parts.get(parent) || 0) + massOf(run, i));
     });
     const best = new Map(before.lumps.map((lump) => [lump.name, { heir: null, part: 0 }]));
     for (const [heir, parts] of shared) {
@@ -600,13 +602,14 @@
   function makeSpeaker(data) {
     let waiting = 0;
     return ({ step, mass, sign, core }, claims) => {
-      const list = (holds) => claims.filter((claim) => claim.holds === holds).map(({ name }) => name).join(", ") || "none";
+      const those = (wanted) => claims.filter(({ holds }) => holds === wanted).map(({ name }) => name);
+      const list = (wanted) => those(wanted).join(", ") || "none";
+      const chosen =
+        `Break strain ${data.ladder[step]} by ${SIGN_NAMES[data.signs[sign]]}, core rule ${data.cores[core]}, ` +
+        `lumps from ${percent(data.lump_masses[mass])}.`;
+      const found = `The numbers agree with: ${list(true)}; disagree with: ${list(false)}.`;
       clearTimeout(waiting);
-      waiting = setTimeout(() => {
-        $("status").textContent =
-          `Break strain ${data.ladder[step]} by ${SIGN_NAMES[data.signs[sign]]}, core rule ${data.cores[core]}, lumps ` +
-          `from ${percent(data.lump_masses[mass])}. The numbers agree with: ${list(true)}; disagree with: ${list(false)}.`;
-      }, SAY_AFTER_MS);
+      waiting = setTimeout(() => ($("status").textContent = `${chosen} ${found}`), SAY_AFTER_MS);
     };
   }
 
