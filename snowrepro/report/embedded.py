@@ -8,7 +8,6 @@ particles together, worked out from steps alone, is from the right one.  It is 0
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 
@@ -157,8 +156,3 @@ def _corrections(
 
 def _holding(halves: HalfBonds, core_fraction: float) -> np.ndarray:
     return holding_strain(halves, core_strain(halves, core_fraction))
-
-
-def combinations(settings: Settings) -> list[tuple[str, float]]:
-    """Sign and core fraction of each set of ``corrections``, in their order."""
-    return list(product(settings.signs, settings.cores))

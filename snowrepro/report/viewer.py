@@ -13,7 +13,7 @@ from matplotlib.colors import to_hex
 
 from ..analysis.claims import arm
 from ..analysis.sensitivity import CORES, SIGNS
-from ..config import Analysis, Config
+from ..config import Analysis, Claim, Config
 from ..scene.outline import polyline
 from ..store import runs
 from .drawing import COVER, FLOOR, LUMPS, POWDER, SKY, SNOW, crop
@@ -29,6 +29,7 @@ LEVELS = 64  # of a field
 WITHIN = (1, 99)  # percentiles that a field's colours span
 SHADES = 32
 THINNINGS = (1, 2, 3, 4, 6, 8)  # of how many particles one is drawn
+REPORTED = ("break_strain", "break_by", "core_fraction", "lump_mass")  # that the viewer can change
 NAMES = {"density": "density", "J_P": "plastic volume ratio J_P"}
 
 
@@ -59,12 +60,18 @@ def gathered(configs: Sequence[Config], budget: int) -> Viewer | None:
         if taken > budget:
             break
         held.append(run)
-    while held:
+    return _fitting(held, configs, frames, settings, budget)
+
+
+def _fitting(
+    held: Sequence[Embedded], configs: Sequence[Config], frames: Sequence[int], settings: Settings, budget: int
+) -> Viewer | None:
+    """As many of the runs as there is room for, all their particles drawn if possible."""
+    for count in range(len(held), 0, -1):
         for thinning in THINNINGS:
-            data = safe(_content(held, configs, frames, settings, thinning))
+            data = safe(_content(held[:count], configs, frames, settings, thinning))
             if len(data) <= budget:
-                return Viewer(data, told(held, configs, frames, settings, thinning))
-        held.pop()
+                return Viewer(data, told(held[:count], configs, frames, settings, thinning))
     return None
 
 
@@ -123,13 +130,19 @@ def told(
         sentences.append(f"For lack of room one particle in {thinning} is drawn; lumps count all of them.")
     if missing:
         sentences.append(f"Left out, for lack of room or as they are not comparable: {'; '.join(missing)}.")
-    if first.experiment and first.experiment.calibrated_on == (first.shape.name, first.floor.name):
-        chosen_by = ", ".join(c.name for c in first.claims.list if _is_told_by_lumps(c) and c.of != "unsintered")
-        sentences.append(
-            "The pressures were chosen by the sintered runs of this scene with the report's settings: that these agree "
-            f"with {chosen_by} there is no test."
-        )
-    return tuple(sentences)
+    return (*sentences, *_on_calibration(first))
+
+
+def _on_calibration(config: Config) -> list[str]:
+    """That pressures were chosen by the very runs, if they were."""
+    experiment = config.experiment
+    if experiment is None or experiment.calibrated_on != (config.shape.name, config.floor.name):
+        return []
+    names = ", ".join(c.name for c in config.claims.list if _is_told_by_lumps(c) and c.of != "unsintered")
+    return [
+        "The pressures were chosen by the sintered runs of this scene with the report's settings: that these agree "
+        f"with {names} there is no test."
+    ]
 
 
 def _alike(config: Config, first: Config) -> bool:
@@ -164,16 +177,10 @@ def _content(
     }
 
 
-REPORTED = ("break_strain", "break_by", "core_fraction", "lump_mass")
-
-
 def _run(run: Embedded, label: str, spans: dict[str, tuple[float, float]], thinning: int) -> dict[str, Any]:
-    """One run: what it is, its stage, and its particles' masses, places, fields and bonds."""
-    config, drawn = run.config, np.s_[:, ::thinning]
+    """One run: what it is, its stage, its particles and bonds."""
+    config = run.config
     width, height = crop(config)
-    quantum = config.reading.cell / PER_CELL
-    places = np.rint(run.places[drawn] / quantum).astype(int)
-    steady = bool((run.mass == run.mass[0]).all())
     return {
         "label": label,
         "scene": _scene(config),
@@ -183,19 +190,26 @@ def _run(run: Embedded, label: str, spans: dict[str, tuple[float, float]], thinn
         "height": height,
         "floor": (polyline(config.floor.outline) * config.reading.cell).tolist(),
         "diameter": config.dx / np.sqrt(config.fidelity.particles_per_cell / thinning) * COVER,
-        "particles": len(run.mass),
-        "mass": [float(run.mass[0])] if steady else run.mass.tolist(),
-        "total": float(run.mass.sum()),
         "least": run.least,
         "lump_fraction": run.lump_fraction,
+        "bonds": run.bonds,
+        **_particles(run, spans, thinning),
+    }
+
+
+def _particles(run: Embedded, spans: dict[str, tuple[float, float]], thinning: int) -> dict[str, Any]:
+    """Masses of all particles; places and fields of those that are drawn, as differences in time."""
+    quantum = run.config.reading.cell / PER_CELL
+    places = np.rint(run.places[:, ::thinning] / quantum).astype(int).transpose(0, 2, 1)
+    fields = {name: levels(values[:, ::thinning], *spans[name], LEVELS) for name, values in run.fields.items()}
+    return {
+        "particles": len(run.mass),
+        "mass": run.mass[:1].tolist() if (run.mass == run.mass[0]).all() else run.mass.tolist(),
+        "total": float(run.mass.sum()),
         "gone": packed(run.gone) if (run.gone < len(run.places)).any() else None,
         "quantum": quantum,
-        "places": packed(differences(places).transpose(0, 2, 1)),
-        "fields": {
-            name: packed(differences(levels(values[drawn], *spans[name], LEVELS)))
-            for name, values in run.fields.items()
-        },
-        "bonds": run.bonds,
+        "places": packed(differences(places)),
+        "fields": {name: packed(differences(numbers)) for name, numbers in fields.items()},
     }
 
 
@@ -215,12 +229,12 @@ def _colours() -> dict[str, Any]:
     return {"sky": SKY, "floor": FLOOR, "snow": SNOW, "lumps": LUMPS, "powder": POWDER, "shades": shades}
 
 
-def _is_told_by_lumps(claim) -> bool:
+def _is_told_by_lumps(claim: Claim) -> bool:
     """Whether a claim is about what the viewer counts, in one scene."""
     return claim.test != "scenes" and claim.measure == "lump_fraction"
 
 
-def _claim(claim) -> dict[str, Any]:
+def _claim(claim: Claim) -> dict[str, Any]:
     return {name: getattr(claim, name) for name in ("name", "statement", "of", "at", "test", "threshold")}
 
 

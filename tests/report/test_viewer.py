@@ -121,7 +121,7 @@ def test_a_budget_is_kept(configs, whole):
     data = json.loads(fewer.data)
     assert len(fewer.data) <= bonds // 2 and 0 < len(data["runs"]) < 4
     assert data["incomplete"] == ["ball on L"], "claims are not judged by some of the runs"
-    assert "ball on L, 3000, none, seed 0" in fewer.told[-2]
+    assert "ball on L, 3000, none, seed 0" in " ".join(fewer.told)
     assert viewer.gathered(configs, 1000) is None
 
 
