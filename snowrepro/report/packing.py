@@ -1,0 +1,47 @@
+"""Whole numbers as short text that a browser unpacks: zigzag, byte planes, deflate, base64.
+
+Numbers that change little, in time or along the particles, are best given as ``differences``.
+"""
+
+import base64
+import zlib
+
+import numpy as np
+
+
+def packed(values: np.ndarray) -> str:
+    """Text of whole numbers of any shape; bytes (uint8) as they are, others as of 32 bits with sign.
+
+    Of the latter all lowest bytes come first, then all second ones: those above the first are mostly zero.
+    """
+    if values.dtype != np.uint8:
+        signed = values.astype(np.int64)
+        zigzag = ((signed << 1) ^ (signed >> 63)).astype("<u4")  # small numbers of either sign become small
+        values = zigzag.ravel().view(np.uint8).reshape(-1, 4).T
+    return base64.b64encode(zlib.compress(np.ascontiguousarray(values).tobytes(), 9)).decode("ascii")
+
+
+def unpacked(text: str, kind: type = np.int32) -> np.ndarray:
+    """The numbers that ``packed`` was given, in a row; ``kind``: np.uint8 for bytes, else np.int32."""
+    planes = np.frombuffer(zlib.decompress(base64.b64decode(text)), np.uint8)
+    if kind is np.uint8:
+        return planes
+    zigzag = np.ascontiguousarray(planes.reshape(4, -1).T).view("<u4").ravel().astype(np.int64)
+    return ((zigzag >> 1) ^ -(zigzag & 1)).astype(np.int32)
+
+
+def differences(values: np.ndarray, axis: int = 0) -> np.ndarray:
+    """Each number less the one before along ``axis``, the first as it is; bytes (uint8) wrap around."""
+    first = np.take(values, [0], axis)
+    return np.concatenate([first, np.diff(values, axis=axis)], axis=axis)
+
+
+def sums(values: np.ndarray, axis: int = 0) -> np.ndarray:
+    """What ``differences`` was given."""
+    return np.cumsum(values, axis=axis, dtype=values.dtype)
+
+
+def levels(values: np.ndarray, low: float, high: float, count: int) -> np.ndarray:
+    """Which of ``count`` evenly spaced levels from ``low`` to ``high`` is nearest, uint8; beyond them the outermost."""
+    part = (values - low) / (high - low) if high > low else np.zeros_like(values)
+    return np.rint(np.clip(part, 0.0, 1.0) * (count - 1)).astype(np.uint8)

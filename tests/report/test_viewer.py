@@ -1,0 +1,157 @@
+"""What the viewer is given: numbers that come back, nothing that breaks a page, no more than there is room for."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from snowrepro.analysis.classify import classify
+from snowrepro.composition import compose
+from snowrepro.report import viewer
+from snowrepro.report.embedded import FIELDS, embed
+from snowrepro.report.packing import differences, levels, packed, sums, unpacked
+from snowrepro.store import runs
+from tests.conftest import SMALL
+from tests.report import small_runs
+
+ROOM = 10**7  # enough for all
+
+
+@pytest.fixture(scope="module")
+def configs(small_run, tmp_path_factory):
+    """Four finished runs."""
+    return small_runs.saved(small_run, tmp_path_factory.mktemp("store"))
+
+
+@pytest.fixture(scope="module")
+def whole(configs):
+    """All that the viewer shows of them."""
+    return viewer.gathered(configs, ROOM)
+
+
+@given(hnp.arrays(np.int32, st.integers(0, 40)), hnp.arrays(np.uint8, (3, 5)))
+def test_numbers_come_back(numbers, small):
+    """Packing loses nothing, of any whole number of 31 bits and sign and of any byte, as differences too."""
+    numbers = np.maximum(numbers, -(2**31) + 1)
+    assert (unpacked(packed(numbers)) == numbers).all()
+    assert (unpacked(packed(differences(small)), np.uint8) == differences(small).ravel()).all()
+    for axis in (0, 1):
+        assert (sums(differences(small, axis), axis) == small).all()
+
+
+def test_levels_span_what_they_should():
+    """The ends are the first and the last level, what is beyond is too; a field that does not vary is one level."""
+    assert levels(np.array([0.0, 1.0, 1.4, 1.6, 2.0, 9.0]), 1.0, 2.0, 3).tolist() == [0, 0, 1, 1, 2, 2]
+    assert levels(np.full(3, 7.0), 7.0, 7.0, 64).tolist() == [0, 0, 0]
+
+
+def test_places_are_right_within_half_a_quantum(configs, whole):
+    """Unpacked places are those of the run but for rounding, particle by particle in some order."""
+    data = json.loads(whole.data)
+    for config, run in zip(configs[:3], data["runs"], strict=False):  # the fourth loses particles
+        places = unpacked(run["places"]).reshape(len(data["frames"]), 2, -1)
+        places = sums(places).transpose(0, 2, 1) * run["quantum"]
+        with runs.open_run(runs.result_path(config)) as dataset:
+            right = dataset["position"].sel(snapshot=data["frames"]).values
+        held = embed(config, data["frames"], viewer.settings_of(config.analysis)).places
+        assert np.abs(places - held).max() <= run["quantum"] / 2 * (1 + 1e-6)
+        assert np.array_equal(np.sort(held, axis=1), np.sort(right.astype(float), axis=1))
+
+
+def test_steps_are_those_of_the_bonds(configs, whole):
+    """A bond's step is the first at which it holds, whatever else is stored with it: counted over all bonds."""
+    data = json.loads(whole.data)
+    ladder, bonded = data["ladder"], data["frames"][data["release"] :]
+    with runs.open_run(runs.result_path(configs[0])) as dataset:
+        found = {strain: classify(dataset, break_strain=strain).broken for strain in (ladder[0], ladder[50])}
+    steps = unpacked(data["runs"][0]["bonds"]["steps"], np.uint8).reshape(2, len(bonded), -1)
+    stretch, crush = sums(steps, axis=1)
+    for strain, broken in found.items():
+        step = ladder.index(strain)
+        assert (stretch > step).mean(axis=1) == pytest.approx(broken["stretch"][bonded].to_numpy(), abs=1e-12)
+        assert (crush > step).mean(axis=1) == pytest.approx(broken["crush"][bonded].to_numpy(), abs=1e-12)
+
+
+def test_vanished_particles_and_masses_are_kept(configs, whole):
+    """Of the fourth run: when particles vanish, where they were last, and masses that differ."""
+    data = json.loads(whole.data)
+    run = data["runs"][3]
+    gone, frames = unpacked(run["gone"]), data["frames"]
+    assert data["runs"][0]["gone"] is None
+    vanished = gone < len(frames)
+    assert vanished.sum() == len(range(0, run["particles"], 17))
+    assert {frames[at] for at in gone[vanished]} == {min(frame for frame in frames if frame > 48)}
+    assert len(set(run["mass"])) > 1 and sum(run["mass"]) == pytest.approx(run["total"])
+
+
+def test_frames_of_the_figure_and_the_ends_are_there(configs):
+    """And most others lie where the snow lands."""
+    frames = viewer.chosen_frames(configs[0])
+    assert {0, 20, 60} <= set(frames) and frames == sorted(frames)
+
+
+def test_the_same_bytes_each_time(configs, whole):
+    """Nothing in the data depends on when it was made."""
+    assert viewer.gathered(configs, ROOM) == whole
+
+
+def test_names_do_no_harm():
+    """No name ends the element that the data stands in, and it is read back as it was."""
+    content = {"label": "</script><script>alert(1)</script><!-- & \u2028"}
+    text = viewer.safe(content)
+    assert not set("<>&\u2028") & set(text)
+    assert json.loads(text) == content
+
+
+def test_a_budget_is_kept(configs, whole):
+    """With less room fewer particles are drawn, then runs are left out; both is said.  With none there is no viewer."""
+    assert json.loads(whole.data)["thinning"] == 1 and len(json.loads(whole.data)["runs"]) == 4
+    bonds = sum(len(str(text)) for run in json.loads(whole.data)["runs"] for text in run["bonds"].values())
+    room = bonds + (len(whole.data) - bonds) // 2
+    thinned = viewer.gathered(configs, room)
+    data = json.loads(thinned.data)
+    assert len(thinned.data) <= room and data["thinning"] > 1 and len(data["runs"]) == 4
+    assert f"one particle in {data['thinning']} is drawn" in " ".join(thinned.told)
+    assert [run["bonds"] for run in data["runs"]] == [run["bonds"] for run in json.loads(whole.data)["runs"]]
+    fewer = viewer.gathered(configs, bonds // 2)
+    data = json.loads(fewer.data)
+    assert len(fewer.data) <= bonds // 2 and 0 < len(data["runs"]) < 4
+    assert data["incomplete"] == ["ball on L"], "claims are not judged by some of the runs"
+    assert "ball on L, 3000, none, seed 0" in " ".join(fewer.told)
+    assert viewer.gathered(configs, 1000) is None
+
+
+def test_what_cannot_be_compared_is_left_out(configs):
+    """Runs classified otherwise are named; where lumps are not found by bonds, there is nothing to show."""
+    other = replace_analysis(configs[1], lump_mass=0.02)
+    shown = viewer.gathered([configs[0], other], ROOM)
+    assert len(json.loads(shown.data)["runs"]) == 1
+    assert "Left out" in " ".join(shown.told) and "3000, paper" in " ".join(shown.told)
+    assert viewer.gathered([replace_analysis(configs[0], definition="grid")], ROOM) is None
+    assert viewer.gathered([], ROOM) is None
+
+
+def replace_analysis(config, **settings):
+    """The same run with other settings of the analysis."""
+    return config.model_copy(update={"analysis": config.analysis.model_copy(update=settings)})
+
+
+def test_fields_are_stored_for_every_frame(configs, whole):
+    """A level for each particle and frame; density does not change after the release."""
+    data = json.loads(whole.data)
+    for run in data["runs"]:
+        for name in FIELDS:
+            values = sums(unpacked(run["fields"][name], np.uint8).reshape(len(data["frames"]), -1))
+            assert values.shape[1] == run["particles"] and values.max() < data["levels"]
+            assert name == "J_P" or (values[data["release"] :] == values[-1]).all()
+
+
+def test_a_run_too_fine_for_its_label_is_told_in_full(configs):
+    """Runs that differ in their seeds alone have labels that differ."""
+    run = embed(configs[0], [0, 20, 60], viewer.settings_of(configs[0].analysis))
+    other = replace(run, config=compose([*SMALL, "pressure=500", "seed=1"]))
+    assert viewer._labels([run, other]) == ["ball on L, 500, paper, seed 0", "ball on L, 500, paper, seed 1"]
