@@ -75,7 +75,7 @@ def _missing(evidences: Sequence[Evidence]) -> list[Block]:
     found: dict[str, list[str]] = {}
     for config, standing in zip(configs, states.standings(configs), strict=True):
         if standing.state != states.DONE:
-            found.setdefault(standing.state, []).append(f"{name_of(config)}: {plain(standing.reason)}")
+            found.setdefault(standing.state, []).append(plain(f"{name_of(config)}: {standing.reason}"))
     if not found:
         return [f"None: all {len(configs)} runs that were asked for are done."]
     blocks: list[Block] = ["They are shown as missing wherever they belong, and no verdict counts them."]
@@ -100,7 +100,7 @@ def _health(table: pd.DataFrame, evidences: Sequence[Evidence]) -> list[Block]:
     )
     rows = table[[name for name in TOLD if name in table]].rename(columns=TOLD)
     shown = pd.concat([rows.map(_cell), table[list(names)].rename(columns=names)], axis=1)
-    lines = [f"{name_of(config)}: {_bounds(config)}" for config in _done(evidences)]
+    lines = [f"{plain(name_of(config))}: {_bounds(config)}" for config in _done(evidences)]
     since = "What was bounded in each run, on how many particles at most, and since when"
     return [text, _folded("Every run", Table(shown), len(shown)), Fold(since, [listed(lines)])]
 

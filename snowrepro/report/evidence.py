@@ -16,7 +16,6 @@ from ..analysis.calibration import Crossing, half_pressure
 from ..analysis.summary import of_runs
 from ..config import Config, Experiment
 from ..store import manifest, runs
-from .document import plain
 
 FOLDERS = ("store=", "reports=")  # of whoever made the report, and nothing to redo it by
 
@@ -123,7 +122,7 @@ def in_paper_order(configs: Sequence[Config]) -> list[Config]:
 
 
 def name_of(config: Config) -> str:
-    """A run of an experiment in a few words of Markdown."""
-    scene = plain(f"{config.shape.name} on {config.floor.name}")
+    """A run of an experiment in a few words."""
+    scene = f"{config.shape.name} on {config.floor.name}"
     test = ", indented" if config.indenter else ""
-    return f"{scene}, {config.pressure:g}, {plain(config.sintering.name)}, seed {config.seed}{test}"
+    return f"{scene}, {config.pressure:g}, {config.sintering.name}, seed {config.seed}{test}"

@@ -13,6 +13,7 @@ from PIL import Image
 
 from ..store.files import published
 from .document import Document, Table, shown
+from .viewer import Viewer
 
 COLOURS = 128  # of an embedded picture
 MOST_EMBEDDED = 40_000  # bytes of a table that travels inside the page
@@ -21,7 +22,7 @@ WORDS = re.compile(r"<strong>(REPRODUCED|CONTRADICTED|INCONCLUSIVE|NOT RUN|missi
 _markdown = MarkdownIt("commonmark", {"html": False})
 
 
-def write(document: Document, path: Path) -> None:
+def write(document: Document, path: Path, viewer: Viewer | None = None) -> None:
     """Write the page; the pictures and tables that it shows lie in its folder or beside it."""
     loader, folder = PackageLoader(__package__), path.parent
     options = {"undefined": StrictUndefined, "trim_blocks": True, "lstrip_blocks": True}
@@ -35,7 +36,7 @@ def write(document: Document, path: Path) -> None:
         "data_of": lambda block: data_link(folder, block.data),
         "cells": cells,
     }
-    page = environment.get_template("report.html.j2").render(document=document, viewer=None)
+    page = environment.get_template("report.html.j2").render(document=document, viewer=viewer)
     with published(path) as partial:
         partial.write_text(page, encoding="utf-8")
 

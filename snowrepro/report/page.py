@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 from ..config import Config
@@ -10,9 +11,13 @@ from ..sweep.record import unseeded
 from . import calibration, convergence, energy, grid, hardness, html, laws, markdown, scenes, strip, tables
 from .about import about_runs
 from .document import Block, Document, Findings, Section, moved
-from .evidence import Evidence, gathered, redo
+from .evidence import Evidence, gathered, in_paper_order, redo
 from .lead import lead
 from .records import write_document
+from .viewer import Viewer
+from .viewer import gathered as gathered_runs
+
+VIEWER_BYTES = 2_300_000  # of a page, which is to stay below 5 MB
 
 # Who draws which picture.
 PICTURES = {
@@ -38,6 +43,17 @@ class Part:
     evidence: Evidence
     findings: Findings
     redo: str
+
+    @cached_property
+    def viewer(self) -> Viewer | None:
+        """Runs of one scene to look at in motion: of several the first whose numbers disagree with a claim."""
+        scenes = self.evidence.scenes
+        if not self.evidence.experiment.is_judged:
+            return None
+        chosen = next((scene for scene in scenes if any(v.agrees is False for v in scene.verdicts)), scenes[0])
+        done = [c for c in in_paper_order(self.evidence.of_first_seed) if self.evidence.is_done(c)]
+        shown = [c for c in done if (c.shape.name, c.floor.name) == (chosen.shape, chosen.floor)]
+        return gathered_runs(shown, VIEWER_BYTES)
 
     def section(self, seen_from: Path) -> Section:
         """The experiment's section of a report in the folder ``seen_from``."""
@@ -73,7 +89,8 @@ def write_page(title: str, parts: Sequence[Part | Section], folder: Path) -> Pat
     first, others = lead(evidences, sections)
     document = Document(title, [first, *others, *about_runs(evidences, folder)])
     markdown.write(document, folder / "index.md")
-    html.write(document, folder / "index.html")
+    viewer = next((part.viewer for part in parts if isinstance(part, Part) and part.viewer), None)
+    html.write(document, folder / "index.html", viewer)
     write_document(document, folder / "report.json")
     return folder / "index.html"
 
