@@ -87,7 +87,7 @@ class Verdict:
     @property
     def effect_shown(self) -> str:
         """The effect, its interval and what it is of; empty without one."""
-        return f"{interval(self.effect)} {self.effect_of}" if self.effect else ""
+        return f"{interval(self.effect)}, {self.effect_of}" if self.effect else ""
 
 
 @dataclass(frozen=True)

@@ -78,6 +78,8 @@ examples:
   snowrepro report fidelity=preview        the same from coarse runs
   snowrepro report fig5
   snowrepro report fig5 seeds=3 store=/shared/runs
+  snowrepro report fig5 --against fig5,reading=si           two sweeps side by side, differences first
+  snowrepro report fig5 --against fig5 --against-store ../before/runs      two versions
 
 {EXITS}
 """
@@ -218,6 +220,8 @@ def _add_reports(commands: argparse._SubParsersAction) -> None:
         commands, "report", "reports.report_command", "one page with verdicts, pictures and data, from the store alone",
         REPORT_HELP,
     )  # fmt: skip
+    report.add_argument("--against", metavar="B", help="a second experiment or sweep, to set beside the first")
+    report.add_argument("--against-store", metavar="FOLDER", help="where the runs of B are (default: the same store)")
     report.add_argument(
         "overrides", nargs="*", help="experiment or name of a remembered sweep (default: the paper); overrides"
     )

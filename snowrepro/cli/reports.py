@@ -13,7 +13,9 @@ PAPER = "paper"
 def report_command(options: argparse.Namespace) -> ExitCode:
     """Write a report from the store alone: of the whole paper, or of one experiment."""
     store, words = split_store(options.overrides)
-    name = words.pop(0) if words and "=" not in words[0] else ""
+    name = words.pop(0) if words and ("=" not in words[0] or words[0] in record.names(store)) else ""
+    if options.against:
+        return _compare(name, words, options.against, store, options.against_store or store)
     named = any(word.startswith("experiment=") for word in words)
     if name == PAPER or not (name or named):
         from ..report.paper import write_paper
@@ -23,6 +25,20 @@ def report_command(options: argparse.Namespace) -> ExitCode:
         print(f"report: {write_paper([*words, record.store_override(store)], store)}")
         return ExitCode.FINE
     print_report(overrides_of(name, words, store), store)
+    return ExitCode.FINE
+
+
+def _compare(name: str, words: Sequence[str], against: str, store: str, other_store: str) -> ExitCode:
+    """Two sweeps side by side; further overrides hold for both."""
+    from ..report.compare import write_comparison
+
+    plans = []
+    for sweep, kept in ((name, store), (against, other_store)):
+        overrides = record.with_asked_seeds(overrides_of(sweep, words, kept), kept)
+        plans.append(make_plan(overrides, multirun=True))
+        if plans[-1].configs[0].experiment is None or not plans[-1].needs_runs:
+            raise ConfigError(f"'{sweep}' is no experiment with runs: there is nothing to compare")
+    print(f"report: {write_comparison(*plans)}")
     return ExitCode.FINE
 
 

@@ -49,24 +49,24 @@ def about_runs(evidences: Sequence[Evidence], folder: Path) -> list[Section]:
         return []
     table = pd.concat([evidence.table for evidence in simulated], ignore_index=True)
     if len(table):
-        table = table.drop_duplicates("run_id")
+        table = table.drop_duplicates()
     return [
         Section("missing", "Runs without a result", _missing(simulated)),
         Section("health", "Solver health", _health(table, simulated)),
         Section("cost", "Cost", _cost(table, simulated)),
         Section("environment", "What made the runs", _environment(simulated)),
-        *(_list_of_runs(evidence, folder) for evidence in simulated),
+        *(_list_of_runs(evidence, folder, simulated) for evidence in simulated),
     ]
 
 
 def _distinct(evidences: Sequence[Evidence]) -> list[Config]:
     """Every run once, as asked for."""
-    return list({runs.identify(config): config for evidence in evidences for config in evidence.configs}.values())
+    return list({runs.run_dir(config): config for evidence in evidences for config in evidence.configs}.values())
 
 
 def _done(evidences: Sequence[Evidence]) -> Iterator[Config]:
-    missing = frozenset().union(*(evidence.missing for evidence in evidences))
-    return (config for config in _distinct(evidences) if runs.identify(config) not in missing)
+    done = {runs.run_dir(c): c for evidence in evidences for c in evidence.configs if evidence.is_done(c)}
+    return iter(done.values())
 
 
 def _missing(evidences: Sequence[Evidence]) -> list[Block]:
@@ -152,23 +152,25 @@ def _environment(evidences: Sequence[Evidence]) -> list[Block]:
     return [Table(pd.DataFrame(rows, columns=["runs", "versions", "code", "machine"]))]
 
 
-def _list_of_runs(evidence: Evidence, folder: Path) -> Section:
+def _list_of_runs(evidence: Evidence, folder: Path, all_of_them: Sequence[Evidence]) -> Section:
     """Each run with its settings, numbers and folder in the store, and all settings of the first."""
     first = runs.plain(evidence.configs[0])
     rows = [_row(config, first, evidence, folder) for config in in_paper_order(evidence.configs)]
     frame = pd.DataFrame(rows).dropna(axis=1, how="all")
-    table = Table(frame.astype(object).fillna("-"), data=f"{_beside(evidence, folder)}summary.csv")
+    table = Table(frame.astype(object).fillna("-"), data=os.path.join(evidence.seen_from(folder), "summary.csv"))
     settings = yaml.safe_dump(first, sort_keys=False, allow_unicode=True).rstrip()
     blocks: list[Block] = [
         _folded(f"All {len(frame)} runs", table, len(frame)),
         Fold("All settings of the first run; the others differ in what the table says", [f"```yaml\n{settings}\n```"]),
     ]
-    name = evidence.experiment.name
-    return Section(f"runs-{name}", f"Runs of {plain(evidence.experiment.title)}", blocks)
+    namesakes = [other for other in all_of_them if other.experiment.title == evidence.experiment.title]
+    which = f" ({plain(evidence.folder.name).upper()})" if len(namesakes) > 1 else ""  # two sides of a comparison
+    return Section(runs_anchor(evidence), f"Runs of {plain(evidence.experiment.title)}{which}", blocks)
 
 
-def _beside(evidence: Evidence, folder: Path) -> str:
-    return "" if evidence.folder == folder else f"../{evidence.folder.name}/"
+def runs_anchor(evidence: Evidence) -> str:
+    """Where a report lists the runs of an experiment."""
+    return f"runs-{evidence.folder.name}"
 
 
 def _row(config: Config, first: dict, evidence: Evidence, folder: Path) -> dict[str, object]:

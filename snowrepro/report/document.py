@@ -36,6 +36,14 @@ class Table:
 
 
 @dataclass(frozen=True)
+class Pair:
+    """Two pictures side by side, each with its name."""
+
+    names: tuple[str, str]
+    pictures: tuple[Picture, Picture]
+
+
+@dataclass(frozen=True)
 class Heading:
     """The head of what follows inside a section."""
 
@@ -50,7 +58,7 @@ class Fold:
     blocks: "Sequence[Block]"
 
 
-Block = str | Picture | Table | Heading | Fold
+Block = str | Picture | Pair | Table | Heading | Fold
 
 
 @dataclass(frozen=True)
@@ -115,6 +123,8 @@ def moved(block: Block, folder: str) -> Block:
     if isinstance(block, Picture):
         data = block.data and f"{folder}/{block.data}"
         return replace(block, file=f"{folder}/{block.file}", data=data, caption=_links_moved(block.caption, folder))
+    if isinstance(block, Pair):
+        return replace(block, pictures=tuple(moved(picture, folder) for picture in block.pictures))
     if isinstance(block, Table):
         frame = block.frame.map(lambda cell: _links_moved(cell, folder) if isinstance(cell, str) else cell)
         return replace(block, frame=frame, data=block.data and f"{folder}/{block.data}")

@@ -1,5 +1,6 @@
 """What a report is drawn from."""
 
+import os
 import shlex
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -52,6 +53,10 @@ class Evidence:
     @cached_property
     def _rows(self) -> dict[str, dict[str, Any]]:
         return {row["run_id"]: row for row in self.table.to_dict("records")}
+
+    def seen_from(self, folder: Path) -> str:
+        """The way from ``folder`` to the folder of pictures and tables; empty if they are the same."""
+        return "" if folder == self.folder else os.path.relpath(self.folder, folder)
 
     @property
     def seeds(self) -> list[int]:

@@ -35,6 +35,7 @@ def write(document: Document, path: Path, viewer: Viewer | None = None) -> None:
         "size": lambda picture: size(folder / picture.file),
         "data_of": lambda block: data_link(folder, block.data),
         "cells": cells,
+        "zip": zip,
     }
     page = environment.get_template("report.html.j2").render(document=document, viewer=viewer)
     with published(path) as partial:

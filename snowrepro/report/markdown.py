@@ -6,7 +6,7 @@ from pathlib import Path
 import pandas as pd
 
 from ..store.files import published
-from .document import Block, Document, Fold, Heading, Picture, Section, Table, shown
+from .document import Block, Document, Fold, Heading, Pair, Picture, Section, Table, shown
 
 
 def write(document: Document, path: Path) -> None:
@@ -48,6 +48,9 @@ def _block(block: Block) -> list[str]:
     if isinstance(block, Picture):
         source = f"*{block.source}.* " if block.source else ""
         return [f"![{block.alt}]({block.file})", "", f"{source}{block.caption}{_data(block.data)}", ""]
+    if isinstance(block, Pair):
+        named = zip(block.names, block.pictures, strict=True)
+        return [line for name, picture in named for line in (f"**{name}**", "", *_block(picture))]
     if isinstance(block, Table):
         caption = f"{block.caption}{_data(block.data)}".strip()
         return [*table(block.frame), "", *([caption, ""] if caption else [])]

@@ -9,7 +9,7 @@ from ..config import Config
 from ..store.files import require_writable
 from ..sweep.record import unseeded
 from . import calibration, convergence, energy, grid, hardness, html, laws, markdown, scenes, strip, tables
-from .about import about_runs
+from .about import about_runs, runs_anchor
 from .document import Block, Document, Findings, Section, moved
 from .evidence import Evidence, gathered, in_paper_order, redo
 from .lead import lead
@@ -57,17 +57,17 @@ class Part:
 
     def section(self, seen_from: Path) -> Section:
         """The experiment's section of a report in the folder ``seen_from``."""
-        experiment, folder = self.evidence.experiment, self.evidence.folder
+        experiment, way = self.evidence.experiment, self.evidence.seen_from(seen_from)
         blocks: list[Block] = [f"**{self.findings.verdict}**", *self.findings.blocks]
-        if folder != seen_from:
-            blocks = [moved(block, f"../{folder.name}") for block in blocks]
-        runs = f"runs-{experiment.name}" if experiment.needs_runs else ""
+        if way:
+            blocks = [moved(block, way) for block in blocks]
+        runs = runs_anchor(self.evidence) if experiment.needs_runs else ""
         return Section(experiment.name, experiment.title, blocks, experiment.says, self.redo, runs)
 
 
-def draw(configs: Sequence[Config], overrides: Sequence[str]) -> Part:
+def draw(configs: Sequence[Config], overrides: Sequence[str], folder: Path | None = None) -> Part:
     """Draw an experiment's pictures and write its tables into its folder.  Raises StoreError where that cannot be."""
-    folder = report_folder(configs[0], overrides)
+    folder = folder or report_folder(configs[0], overrides)
     require_writable(folder)
     evidence = gathered(configs, folder)
     if evidence.experiment.needs_runs:
@@ -87,9 +87,13 @@ def write_page(title: str, parts: Sequence[Part | Section], folder: Path) -> Pat
     evidences = [part.evidence for part in parts if isinstance(part, Part)]
     sections = [part.section(folder) if isinstance(part, Part) else part for part in parts]
     first, others = lead(evidences, sections)
-    document = Document(title, [first, *others, *about_runs(evidences, folder)])
-    markdown.write(document, folder / "index.md")
     viewer = next((part.viewer for part in parts if isinstance(part, Part) and part.viewer), None)
+    return write_document_to(Document(title, [first, *others, *about_runs(evidences, folder)]), folder, viewer)
+
+
+def write_document_to(document: Document, folder: Path, viewer: Viewer | None = None) -> Path:
+    """Write a document's three forms into a folder; returns the page."""
+    markdown.write(document, folder / "index.md")
     html.write(document, folder / "index.html", viewer)
     write_document(document, folder / "report.json")
     return folder / "index.html"

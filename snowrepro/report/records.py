@@ -14,7 +14,7 @@ from ..analysis.statistics import Estimate, estimate
 from ..config import Claims
 from ..store import runs
 from ..store.files import published
-from .document import Block, Document, Fold, Heading, Picture, Section, Table
+from .document import Block, Document, Fold, Heading, Pair, Picture, Section, Table
 from .evidence import Evidence, made_by
 
 
@@ -68,6 +68,8 @@ def _block(block: Block) -> dict[str, Any]:
     """A block as plain values; a table as its columns and data."""
     if isinstance(block, Picture):
         return {"picture": asdict(block)}
+    if isinstance(block, Pair):
+        return {"pictures": {name: asdict(p) for name, p in zip(block.names, block.pictures, strict=True)}}
     if isinstance(block, Table):
         told = {"columns": [*map(str, block.frame.columns)], "rows": block.frame.astype(object).values.tolist()}
         return {"table": told, "caption": block.caption, "file": block.data}

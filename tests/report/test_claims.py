@@ -111,7 +111,7 @@ def test_the_screen_is_readable(judged):
     assert max(map(len, lines)) <= 100
     text = "\n".join(lines)
     assert "REPRODUCED (by calibration, no test)" in text.split("C1 ")[1].splitlines()[0]
-    assert "0.60 [0.60, 0.60] 340 to 3300" in text
+    assert "0.60 [0.60, 0.60], 340 to 3300" in text
     assert "0.0046" in text
     assert "With sintering, lumps grow with pressure. (Kendall's tau 1.00 [1.00, 1.00])" in text
     assert text.split("C4 ")[1].splitlines()[0].endswith(" REPRODUCED")
