@@ -58,7 +58,7 @@ def write_comparison(first: Plan, second: Plan) -> Path:
         Section("pictures", "Pictures", _pictures(*(part.findings for part in parts))),
         *about_runs(evidences, folder),
     ]
-    return write_document_to(Document(f"{plain(names[0])} beside {plain(names[1])}", sections), folder)
+    return write_document_to(Document(f"{names[0]} beside {names[1]}", sections), folder)
 
 
 def _summary(parts: Sequence[Part], names: Sequence[str], found: SweepDifferences) -> list[Block]:
@@ -160,9 +160,8 @@ def draw_differences(cells: pd.DataFrame, dims: Sequence[str], path: Path) -> No
     for side, mark in zip(SIDES, "os", strict=True):
         ax.plot(shown[side.lower()], rows, mark, color=COLOURS[side], ms=5, label=side, zorder=2)
     varied = [dim for dim in dims if cells[dim].nunique() > 1] or list(dims)
-    labels = [
-        ", ".join(f"{dim} {_short(value)}" for dim, value in row.items()) for row in shown[varied].to_dict("records")
-    ]
+    named = shown[varied].to_dict("records")
+    labels = [", ".join(f"{dim} {_short(value)}" for dim, value in row.items()) for row in named]
     ax.set_yticks(rows, labels, fontsize=7)
     ax.set(ylim=(len(shown) - 0.5, -0.5), xlabel=" or ".join(sorted(set(shown["measure"]))).replace("_", " "))
     ax.grid(axis="x", color="0.92", lw=0.6)

@@ -87,7 +87,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Document:
-    """A whole report; the first section is what one sees first."""
+    """A whole report; ``title`` is no Markdown; the first section is what one sees first."""
 
     title: str
     sections: Sequence[Section]

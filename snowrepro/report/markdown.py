@@ -6,12 +6,12 @@ from pathlib import Path
 import pandas as pd
 
 from ..store.files import published
-from .document import Block, Document, Fold, Heading, Pair, Picture, Section, Table, shown
+from .document import Block, Document, Fold, Heading, Pair, Picture, Section, Table, plain, shown
 
 
 def write(document: Document, path: Path) -> None:
     """Write the report's text; its pictures lie beside."""
-    lines = [f"# {document.title}", ""]
+    lines = [f"# {plain(document.title)}", ""]
     for number, section in enumerate(document.sections):
         lines += _section(section, headed=number > 0)
     with published(path) as partial:

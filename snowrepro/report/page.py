@@ -10,7 +10,7 @@ from ..store.files import require_writable
 from ..sweep.record import unseeded
 from . import calibration, convergence, energy, grid, hardness, html, laws, markdown, scenes, strip, tables
 from .about import about_runs, runs_anchor
-from .document import Block, Document, Findings, Section, moved
+from .document import Block, Document, Findings, Section, moved, plain
 from .evidence import Evidence, gathered, in_paper_order, redo
 from .lead import lead
 from .records import write_document
@@ -62,7 +62,7 @@ class Part:
         if way:
             blocks = [moved(block, way) for block in blocks]
         runs = runs_anchor(self.evidence) if experiment.needs_runs else ""
-        return Section(experiment.name, experiment.title, blocks, experiment.says, self.redo, runs)
+        return Section(experiment.name, plain(experiment.title), blocks, plain(experiment.says), self.redo, runs)
 
 
 def draw(configs: Sequence[Config], overrides: Sequence[str], folder: Path | None = None) -> Part:

@@ -8,7 +8,7 @@ from ..config import Config
 from ..store import runs
 from ..sweep.plan import make_plan
 from ..sweep.record import asked, name_of, with_asked_seeds
-from .document import Section, code
+from .document import Section, code, plain
 from .evidence import redo
 from .page import Part, draw, write_page, write_page_of
 
@@ -59,4 +59,4 @@ def _named(found: Asked) -> Section:
     experiment = found.configs[0].experiment
     assert experiment is not None
     text = f"**Not run.** {code(redo(found.overrides))} makes its {len(found.configs)} runs and fills this section."
-    return Section(experiment.name, experiment.title, [text], experiment.says)
+    return Section(experiment.name, plain(experiment.title), [text], plain(experiment.says))

@@ -35,13 +35,18 @@ def vanishing(run: xr.Dataset) -> xr.Dataset:
     return run.assign(position=position, mass=mass)
 
 
-def saved(run: xr.Dataset, folder: Path) -> list[Config]:
-    """Four finished runs in a store, in the paper's order; the last has unequal masses and loses particles."""
+def saved(run: xr.Dataset, folder: Path, vanish: bool = True) -> list[Config]:
+    """Four finished runs in a store, in the paper's order; the last has unequal masses and loses particles if asked."""
     configs = []
     for seed, ((sintering, pressure), part) in enumerate(SHAKEN.items()):
         options = ["experiment=fig5", "experiment.frames=[0,20,60]", f"store={folder}", f"reports={folder}/reports"]
         config = compose([*SMALL, *options, f"sintering={sintering}", f"pressure={pressure}"])
-        made = shaken(run, part, seed)
-        runs.save(vanishing(made) if seed == len(SHAKEN) - 1 else made, config, wall_seconds=2.0, seconds_per_frame=0.1)
+        made = shaken(run, part, seed).assign_attrs(config=config.model_dump_json())
+        runs.save(
+            vanishing(made) if vanish and seed == len(SHAKEN) - 1 else made,
+            config,
+            wall_seconds=2.0,
+            seconds_per_frame=0.1,
+        )
         configs.append(config)
     return configs

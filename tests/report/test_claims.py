@@ -54,6 +54,7 @@ def judged(tmp_path, monkeypatch):
     """Judge an experiment with these lumps; returns its report and claims.json."""
     monkeypatch.setattr("snowrepro.report.grid._draw_sheets", lambda _: [])  # these runs have no snow
     monkeypatch.setattr("snowrepro.report.strip._row", lambda config, _: Row(f"{config.pressure:g}", {}, {}, {}))
+    monkeypatch.setattr("snowrepro.report.page.gathered_runs", lambda *_: None)
     for module in ("broken", "sensitivity"):
         monkeypatch.setattr(f"snowrepro.report.{module}.section", lambda _: [])
 

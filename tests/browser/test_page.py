@@ -1,0 +1,146 @@
+"""A whole report in a browser: what is seen, by whom, and that nothing is fetched."""
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+
+from snowrepro.analysis.classify import classify
+from snowrepro.config import Config
+from snowrepro.store import runs
+from tests.report import small_runs
+from tests.report.reports import reported
+
+HOSTILE = """<img src=x onerror=alert(1)> & "quo'tes" *not bold* [no](link) </script>"""
+WIDTHS = {"desktop": 1280, "phone": 390}
+
+
+def report_of(configs: list[Config]) -> str:
+    """The address of the report of Figure 5 on these runs."""
+    return (reported(configs, ["experiment=fig5"]).evidence.folder / "index.html").absolute().as_uri()
+
+
+@pytest.fixture(scope="module")
+def configs(small_run, tmp_path_factory):
+    """Four finished runs of one scene."""
+    return small_runs.saved(small_run, tmp_path_factory.mktemp("store"), vanish=False)
+
+
+@pytest.fixture(scope="module")
+def address(configs):
+    """A report with everything in it."""
+    return report_of(configs)
+
+
+@pytest.mark.parametrize("width", WIDTHS.values(), ids=WIDTHS)
+def test_all_is_seen_at_any_width(page, address, width):
+    """No picture is broken or without words for it, and nothing is wider than the screen."""
+    page.set_viewport_size({"width": width, "height": 800})
+    page.goto(address)
+    page.wait_for_selector("#viewer-body", state="visible")
+    pictures = page.locator("main img")
+    assert pictures.count() >= 7
+    assert pictures.evaluate_all(
+        "all => all.every(one => one.complete && one.naturalWidth > 100 && one.alt.length > 20)"
+    )
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def test_the_first_screen_answers(page, address):
+    """What was run, each claim with verdict and number, and the paper's figure, before all else."""
+    page.goto(address)
+    first = page.locator("#summary")
+    text = first.inner_text()
+    assert "4 of 4 runs are done" in text
+    for claim in ("C1", "C2", "C3", "C4", "C5"):
+        assert claim in text
+    assert text.count("INCONCLUSIVE") == 5  # one seed in each cell decides nothing
+    assert "mass in lumps" in text
+    assert first.locator("figure").inner_text().startswith("Fig. 5.")
+
+
+@pytest.mark.parametrize("width", WIDTHS.values(), ids=WIDTHS)
+def test_nothing_is_in_the_way_of_anyone(page, address, width):
+    """axe-core: neither serious nor lesser findings, with all that can be opened open."""
+    page.set_viewport_size({"width": width, "height": 800})
+    page.goto(address)
+    page.wait_for_selector("#viewer-body", state="visible")
+    page.evaluate("document.querySelectorAll('details').forEach(one => one.open = true)")
+    found = Axe().run(page)
+    assert found.violations_count == 0, found.generate_report()
+
+
+def test_without_javascript_all_but_the_viewer_is_there(browser, address):
+    """Verdicts, pictures and tables are read; the viewer says why it is not there."""
+    context = browser.new_context(java_script_enabled=False)
+    page = context.new_page()
+    page.goto(address)
+    assert "INCONCLUSIVE" in page.locator("#summary").inner_text()
+    assert page.locator("main img").count() >= 7 and page.locator("main table:visible").count() >= 4
+    assert "needs JavaScript" in page.locator("#moving").inner_text()
+    assert not page.locator("#viewer").is_visible()
+    context.close()
+
+
+def test_on_paper_nothing_is_cut(page, address):
+    """Printed, tables stand open at full length, and what needs a hand is left out."""
+    page.goto(address)
+    page.wait_for_selector("#viewer-body", state="visible")
+    page.emulate_media(media="print")
+    assert not page.locator("#moving").is_visible() and not page.locator("nav").is_visible()
+    assert page.locator(".table:visible").evaluate_all(
+        "all => all.every(one => one.scrollHeight <= one.clientHeight + 1)"
+    )
+
+
+def test_each_picture_leads_to_its_origin(page, address):
+    """Data, runs, settings, what made them, and the command; every link within the page has an end."""
+    page.goto(address)
+    links = page.locator("figure").first.locator(".links")
+    assert links.inner_text().startswith("data: strip.csv")
+    assert "snowrepro run experiment=fig5" in links.inner_text()
+    content = page.evaluate("async () => (await fetch(document.querySelector('.links a').href)).text()")
+    assert content.startswith("row,frame,")
+    ends = page.locator("a[href^='#']").evaluate_all("all => all.map(one => one.getAttribute('href').slice(1))")
+    assert len(ends) > 20
+    assert all(page.evaluate("id => document.getElementById(id) !== null", end) for end in set(ends))
+    assert "shape:" in page.locator("[id^=runs-] details").last.text_content()
+
+
+def test_the_verdict_can_be_tried(page, address, configs):
+    """The break strain is moved in the page; the mass in lumps is what Python makes of that strain."""
+    page.goto(address)
+    page.wait_for_selector("#viewer-body", state="visible")
+    slider = page.locator("#viewer-strain")
+    slider.focus()
+    for _ in range(12):
+        page.keyboard.press("ArrowLeft")
+    strain = float(page.locator("#viewer-strain-now").inner_text().split()[0])
+    assert strain < configs[0].analysis.break_strain
+    now = page.locator("#viewer-runs td:nth-child(2) data").evaluate_all(
+        "cells => cells.map(cell => Number(cell.value))"
+    )
+    for config, value in zip(configs, now, strict=True):
+        with runs.open_run(runs.result_path(config)) as dataset:
+            found = classify(dataset, config.analysis.model_copy(update={"break_strain": strain}))
+        assert value == pytest.approx(found.lump_fraction, abs=1e-12)
+
+
+def test_hostile_names_come_out_as_text(page, configs, small_run, tmp_path):
+    """Names and statements from files may hold anything that HTML or Markdown knows."""
+    claims = configs[0].claims
+    worded = claims.model_copy(update={"list": tuple(c.model_copy(update={"statement": HOSTILE}) for c in claims.list)})
+    experiment = configs[0].experiment.model_copy(update={"title": f"Title {HOSTILE}", "says": HOSTILE})
+    changed = {"claims": worded, "experiment": experiment, "store": str(tmp_path), "reports": str(tmp_path)}
+    renamed = [
+        config.model_copy(update={**changed, "shape": config.shape.model_copy(update={"name": HOSTILE[:28]})})
+        for config in configs[:3]
+    ]
+    for config in renamed[:2]:
+        runs.save(small_run.assign_attrs(config=config.model_dump_json()), config, wall_seconds=1.0, seconds_per_frame=0.1)
+    page.goto(report_of(renamed))
+    page.wait_for_selector("#viewer-body", state="visible")
+    assert HOSTILE in page.locator("h1").inner_text()
+    assert page.locator("#summary").inner_text().count(HOSTILE) == 5
+    assert HOSTILE in page.locator("blockquote").first.inner_text()
+    assert HOSTILE[:28] in page.locator("#missing").inner_text()
+    assert page.locator("img[src=x]").count() == 0 and page.locator("em").count() == 0
+    assert page.locator("a[href=link]").count() == 0
