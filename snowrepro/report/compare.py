@@ -11,7 +11,7 @@ from ..store.files import require_writable
 from ..sweep.collect import collect
 from ..sweep.differences import SweepDifferences, compare_sweeps
 from ..sweep.plan import Plan
-from ..sweep.record import unseeded
+from ..sweep.record import shortened, unseeded
 from .about import about_runs
 from .document import (
     Block,
@@ -45,7 +45,7 @@ def write_comparison(first: Plan, second: Plan) -> Path:
     Raises ConfigError where their cells cannot be matched, and StoreError where the report cannot be written.
     """
     names = [unseeded(plan.overrides) for plan in (first, second)]
-    folder = Path(first.configs[0].reports) / "-against-".join(names)
+    folder = Path(first.configs[0].reports) / shortened("-against-".join(names))
     require_writable(folder)
     found = compare_sweeps(collect(first), collect(second))
     sides = zip((first, second), SIDES, strict=True)

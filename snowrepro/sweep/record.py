@@ -35,10 +35,14 @@ def name_of(overrides: Sequence[str]) -> str:
     named = [o for o in overrides if re.split(r"[./=@]", o.lstrip("+~"), maxsplit=1)[0] not in NOT_NAMED]
     experiments = [o.removeprefix("experiment=") for o in named if o.startswith("experiment=")]
     text = ",".join([*experiments, *sorted(o for o in named if not o.startswith("experiment="))]) or "default"
-    text = re.sub(r"[^\w.,=+~-]+", "_", text)
-    if len(text) > MOST_LETTERS:
-        text = f"{text[:MOST_LETTERS]}-{hashlib.sha256(text.encode()).hexdigest()[:8]}"
-    return text
+    return shortened(re.sub(r"[^\w.,=+~-]+", "_", text))
+
+
+def shortened(name: str) -> str:
+    """A name that a folder can have, however much it says."""
+    if len(name) <= MOST_LETTERS:
+        return name
+    return f"{name[:MOST_LETTERS]}-{hashlib.sha256(name.encode()).hexdigest()[:8]}"
 
 
 def folder_of(name: str, store: str | Path) -> Path:

@@ -1,0 +1,85 @@
+"""``snowrepro report`` as a user calls it, and what is on the disk afterwards."""
+
+import json
+
+import pytest
+
+from tests.conftest import SMALL
+
+FIG5 = ["experiment=fig5", "pressure=500,3000", "sintering=paper", "experiment.frames=[0,20,60]", *SMALL]
+PAGES = ("index.html", "index.md", "report.json")
+
+
+def test_a_paper_without_runs_says_how_to_make_them(snowrepro, tmp_path):
+    """What needs no runs is drawn, all else is named with its command; the store is not touched."""
+    done = snowrepro("report")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "report: reports/paper/index.html\n"
+    page = (tmp_path / "reports" / "paper" / "index.md").read_text()
+    assert "../fig2/shapes.png" in page and "12 of 13 parameters" in page
+    for name in ("fig5", "fig6", "grid", "convergence"):
+        assert f"**Not run.** `snowrepro run experiment={name}`" in page
+    html = (tmp_path / "reports" / "paper" / "index.html").read_text()
+    assert html.count("<img") == 2 and "../fig2/shapes.png" not in html
+    assert not (tmp_path / "runs").exists()
+    assert str(tmp_path) not in page + html
+
+
+def test_two_processes_write_the_same_bytes(snowrepro, tmp_path):
+    """Page, text, JSON, pictures and tables of one store, made twice in processes of their own."""
+    ran = snowrepro("run", *FIG5)
+    assert ran.returncode == 0, ran.stderr
+    (folder,) = (tmp_path / "reports").iterdir()
+    assert ran.stdout.splitlines()[-1] == f"report: reports/{folder.name}/index.html"
+    first = {path.name: path.read_bytes() for path in folder.iterdir()}
+    assert set(PAGES) <= set(first)
+    again = snowrepro("report", *FIG5)
+    assert again.returncode == 0, again.stderr
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == first
+
+
+@pytest.mark.slow
+def test_seeds_once_asked_for_stay_in_the_report(snowrepro, tmp_path):
+    """Claims with two seeds, then the experiment alone: the report has both seeds; named ones win."""
+    assert snowrepro("claims", *FIG5, "seeds=2").returncode == 0
+    assert snowrepro("run", *FIG5).returncode == 0
+    (folder,) = (tmp_path / "reports").iterdir()
+    assert json.loads((folder / "claims.json").read_text())["seeds"] == [0, 1]
+    assert snowrepro("report", *FIG5, "seeds=1").returncode == 0
+    assert json.loads((folder / "claims.json").read_text())["seeds"] == [0]
+
+
+@pytest.mark.slow
+def test_two_readings_side_by_side(snowrepro, tmp_path):
+    """What was asked for otherwise and what it changes comes first; a run that failed on one side is named."""
+    assert snowrepro("run", *FIG5).returncode == 0
+    changed = [option.replace("pressure=500,3000", "pressure=500,1e9") for option in FIG5]
+    assert snowrepro("run", *changed, "reading.release=rest").returncode == 3
+    names = [path.name for path in (tmp_path / "runs" / "sweeps").iterdir()]
+    first, second = sorted(names, key=lambda name: "rest" in name)
+    done = snowrepro("report", first, "--against", second)
+    assert done.returncode == 0, done.stderr
+    folder = tmp_path / done.stdout.removeprefix("report: ").strip().rpartition("/")[0]
+    page = (folder / "index.md").read_text()
+    assert page.index("reading.release keep_velocity -> rest") < page.index("differences.png")
+    assert "**missing** (failed): ball on L, 1e\\+09" in page
+    assert "Cells of A alone: 1" in page and "Cells of B alone: 1" in page
+    assert page.count("](a/strip.png)") == page.count("](b/strip.png)") == 1
+    html = (folder / "index.html").read_text()
+    assert html.count("<img") > 8 and 'src="a/' not in html
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["nothing"], "there is no experiment 'nothing'; there are: calibration"),
+        (["paper", "seeds=3"], "leave out the seeds"),
+        (["fig5", "--against", "fig2"], "'fig2' is no experiment with runs"),
+    ],
+)
+def test_what_cannot_be_reported_is_said_in_one_line(snowrepro, tmp_path, words, told):
+    """A name that is none, seeds of the whole paper, a comparison of what has no runs."""
+    done = snowrepro("report", *words)
+    assert done.returncode == 2
+    assert told in done.stderr and "Traceback" not in done.stderr
+    assert done.stderr.count("\n") == 1
