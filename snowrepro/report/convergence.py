@@ -1,4 +1,4 @@
-"""What numerical choices do to a figure: one changed at a time, beside the spread of random places."""
+"""What choices do to a figure: one changed at a time, beside the spread of random places."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -16,6 +16,7 @@ from .evidence import Evidence, Findings, markdown
 COLOURS = ("#56B4E9", "#E69F00", "#D55E00")  # of the pressures, rising
 UNSINTERED = "0.45"
 UNJUDGED = "runs are missing"
+VARIED = ("reading", "loading", "solver", "fidelity")  # sections of a run's configuration
 
 
 def report(evidence: Evidence) -> Findings:
@@ -66,9 +67,9 @@ def label(config: Config, base: Config) -> str:
 
 
 def _settings(config: Config) -> list[tuple[str, Any]]:
-    """The numerical choices of a run."""
-    sections = [(f"{name}.{key}", value) for name in ("solver", "fidelity") for key, value in getattr(config, name)]
-    return [*((key, value) for key, value in sections if key != "fidelity.name"), ("seed", config.seed)]
+    """What variants choose: everything that decides a run, but for its scene and what is compared in it."""
+    values = [(f"{name}.{key}", value) for name in VARIED for key, value in getattr(config, name) if key != "name"]
+    return [*values, ("seed", config.seed)]
 
 
 def _row(name: str, configs: Sequence[Config], table: pd.DataFrame, evidence: Evidence) -> dict[str, Any]:
