@@ -83,7 +83,8 @@ def _told(variant: Variant, comparison: Comparison) -> tuple[str, str]:
     if flips:
         return FLIPPED, f"{variant.name} ({', '.join(flips)})"
     if variant.unjudged:
-        return UNJUDGED, f"{variant.name} ({' '.join(variant.unjudged)})"
+        part = f" ({' '.join(variant.unjudged)})" if len(variant.unjudged) < len(variant.verdicts) else ""
+        return UNJUDGED, variant.name + part
     moves = comparison.moves(variant)
     return (MOVED, f"{variant.name} ({max(moves, key=abs):+.2f})") if len(moves) else (STILL, variant.name)
 
@@ -101,7 +102,7 @@ def draw(comparison: Comparison, evidence: Evidence) -> None:
     ax.plot([v.loose for v in variants], places, "x", color=UNSINTERED, label="not sintered, the most")
     ax.axvline(0.5, color="0.4", lw=0.8, ls=":")
     ax.set(xlim=(-0.03, 1.03), ylim=(len(variants) - 0.5, -0.5), xlabel="mass in lumps [1]")
-    ax.set_yticks(places, [variant.name for variant in variants])
+    ax.set_yticks(places, [variant.name.replace(", ", "\n") for variant in variants], fontsize=8)
     ax.grid(axis="y", color="0.92", lw=0.6)
     figure.legend(loc="outside upper center", ncols=4, frameon=False, fontsize=8)
     save(figure, evidence.folder / "convergence.png")

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from ..config import Config, Section
 from .document import Block, Table
-from .variants import Comparison, Variant
+from .variants import Comparison, Variant, typed
 
 FILE = Path(__file__).with_suffix(".yaml")
 NOT_TRIED = "not tried"
@@ -33,7 +33,7 @@ class Entry(Section):
 
     def chosen(self, config: Config) -> str:
         """The choice as it stands in a run's configuration, and why."""
-        values = ", ".join(f"`{key}={reduce(getattr, key.split('.'), config)}`" for key in self.keys)
+        values = ", ".join(f"`{key}={typed(reduce(getattr, key.split('.'), config))}`" for key in self.keys)
         return f"{values}: {self.here}" if values else self.here
 
 
@@ -69,7 +69,7 @@ def _effects(tests: Sequence[Variant], comparison: Comparison) -> str:
     """The effect of each alternative, named by its values where there are several."""
     if len(tests) < 2:
         return "".join(effect(variant, comparison) for variant in tests) or "-"
-    values = [", ".join(map(str, variant.changes.values())) for variant in tests]
+    values = [", ".join(map(typed, variant.changes.values())) for variant in tests]
     return " ".join(f"`{v}`: {effect(t, comparison)}." for v, t in zip(values, tests, strict=True))
 
 
@@ -80,7 +80,7 @@ def effect(variant: Variant, comparison: Comparison) -> str:
         if names:
             parts.append(f"**{what} {' '.join(names)}**")
     if not parts and variant.held:
-        parts.append(f"keeps {' '.join(variant.held)}")
+        parts.append("keeps all" if len(variant.held) == len(variant.verdicts) else f"keeps {' '.join(variant.held)}")
     if variant.unjudged:
         parts.append(f"{' '.join(variant.unjudged)} not judged, as runs are missing ({variant.unfinished})")
     if len(moves):

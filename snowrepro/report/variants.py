@@ -35,7 +35,7 @@ class Variant:
     @property
     def name(self) -> str:
         """What it changes, as one would type it."""
-        return ", ".join(f"{key}={value}" for key, value in self.changes.items()) or "base"
+        return ", ".join(f"{key}={typed(value)}" for key, value in self.changes.items()) or "base"
 
     @property
     def is_seed(self) -> bool:
@@ -118,6 +118,11 @@ class Comparison:
     def gained(self, variant: Variant) -> list[str]:
         """Claims that a variant's numbers agree with and the base's do not."""
         return [c for c in variant.held if c not in self.base.held and c not in self.base.unjudged]
+
+
+def typed(value: Any) -> str:
+    """A setting as one would type it."""
+    return str(list(value)).replace(" ", "") if isinstance(value, tuple) else str(value)
 
 
 def compared(evidence: Evidence) -> Comparison:

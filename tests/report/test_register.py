@@ -66,8 +66,8 @@ def test_every_switch_is_tried_otherwise_by_the_experiment(tmp_path):
 @pytest.mark.parametrize(
     ("lumps", "loose", "others", "told"),
     [
-        ((0.22, 0.52, 0.85), 0.0, (), "keeps C1 C2 C3 C4 C5; lumps as among the seeds"),
-        ((0.22, 0.52, 0.97), 0.0, (), "keeps C1 C2 C3 C4 C5; lumps +0.07 beyond the seeds at 3300"),
+        ((0.22, 0.52, 0.85), 0.0, (), "keeps all; lumps as among the seeds"),
+        ((0.22, 0.52, 0.97), 0.0, (), "keeps all; lumps +0.07 beyond the seeds at 3300"),
         ((0.22, 0.16, 0.45), 0.0, (), "**loses C1 C3 C5**; lumps -0.35 beyond the seeds at 3300"),
         ((0.22, 0.52, 0.85), 0.6, (), "**loses C4**; lumps as among the seeds"),
         (
