@@ -87,7 +87,8 @@ def effect(variant: Variant, comparison: Comparison) -> str:
         at = moves.abs().idxmax()
         parts.append(f"lumps {moves[at]:+.2f} beyond the seeds at {at:g}")
     elif variant.lumps.notna().any():
-        parts.append("lumps as among the seeds")
+        same = variant.lumps.equals(comparison.base.lumps)
+        parts.append("the very same lumps" if same else "lumps as among the seeds")
     return "; ".join(parts)
 
 

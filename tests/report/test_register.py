@@ -67,6 +67,7 @@ def test_every_switch_is_tried_otherwise_by_the_experiment(tmp_path):
     ("lumps", "loose", "others", "told"),
     [
         ((0.22, 0.52, 0.85), 0.0, (), "keeps all; lumps as among the seeds"),
+        ((0.20, 0.50, 0.80), 0.0, (), "keeps all; the very same lumps"),
         ((0.22, 0.52, 0.97), 0.0, (), "keeps all; lumps +0.07 beyond the seeds at 3300"),
         ((0.22, 0.16, 0.45), 0.0, (), "**loses C1 C3 C5**; lumps -0.35 beyond the seeds at 3300"),
         ((0.22, 0.52, 0.85), 0.6, (), "**loses C4**; lumps as among the seeds"),
@@ -89,8 +90,8 @@ def test_what_another_choice_does_is_told(lumps, loose, others, told):
 def test_several_alternatives_are_told_apart_and_the_untried_named():
     """Each under its value; what runs elsewhere is not called untried; a key of two entries counts in both."""
     shell = variant({"reading.press": "shell"}, (0.6, 0.7, 0.8))
-    sides = variant({"reading.press": "two_sides"}, (0.2, 0.5, 0.8))
-    often = variant({"reading.cadence": "substep", "reading.hardening_growth": "per_time"}, (0.2, 0.5, 0.8))
+    sides = variant({"reading.press": "two_sides"}, (0.2, 0.52, 0.8))
+    often = variant({"reading.cadence": "substep", "reading.hardening_growth": "per_time"}, (0.2, 0.52, 0.8))
     row = row_of("How the snow is pressed", shell, sides)
     assert row["alternatives tried"] == "`reading.press=shell`, `reading.press=two_sides`"
     assert row["what they do to Figure 5"].startswith(
