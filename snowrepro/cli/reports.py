@@ -2,10 +2,15 @@
 
 import argparse
 from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..errors import ConfigError, ExitCode
 from ..sweep import record
-from ..sweep.plan import make_plan, split_seeds, split_store, with_seeds
+from ..sweep.plan import Plan, make_plan, split_seeds, split_store, with_seeds
+
+if TYPE_CHECKING:
+    from ..report.page import Part
 
 PAPER = "paper"
 
@@ -54,13 +59,19 @@ def overrides_of(name: str, more: Sequence[str], store: str) -> list[str]:
 
 def print_report(overrides: Sequence[str], store: str) -> None:
     """Write the report of an experiment, with every seed that it was asked for with, and say what it comes to."""
-    from ..report.page import draw, write_page_of
-
     asked = record.with_asked_seeds(overrides, store)
     plan = make_plan(asked, multirun=True)
     if plan.configs[0].experiment is None:
         raise ConfigError("a report is of an experiment, for example experiment=fig5")
-    part = draw(plan.configs, asked)
-    page = write_page_of(part)
+    part, page = written(plan)
     print(f"verdict: {part.findings.verdict}")
     print(f"report: {page}")
+
+
+def written(plan: Plan) -> "tuple[Part, Path]":
+    """Write the report of an experiment's runs; returns what it shows, and its page."""
+    from ..report import choices
+    from ..report.page import draw, write_page_of
+
+    part = draw(plan.configs, plan.overrides)
+    return part, write_page_of(part, choices.section(plan.overrides, plan.configs[0].store))

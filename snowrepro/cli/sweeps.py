@@ -62,13 +62,12 @@ def claims_command(options: argparse.Namespace) -> ExitCode:
     seeds = options.default_seeds if seeds is None else seeds
     plan = make_claims_plan(overrides, seeds)
     from ..report.claims import screen
-    from ..report.page import draw, write_page_of
+    from .reports import written
 
     _check_scenes(plan)
     _run_missing(plan)
     _write_results(plan)
-    part = draw(plan.configs, plan.overrides)
-    page = write_page_of(part)
+    part, page = written(plan)
     print("\n".join(screen(part.evidence)))
     print(f"report: {page}")
     return _require_results(plan)

@@ -1,40 +1,31 @@
-"""What numerical choices do to a figure: one changed at a time, beside the spread of random places."""
+"""What choices do to a figure: one changed at a time, beside the spread of random places."""
 
-from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from ..analysis import claims
-from ..config import Config
-from ..store import runs
 from .document import Findings, Picture, Table
 from .drawing import save
 from .evidence import Evidence
+from .variants import Comparison, Variant, compared
 
 COLOURS = ("#56B4E9", "#E69F00", "#D55E00")  # of the pressures, rising
 UNSINTERED = "0.45"
-UNJUDGED = "runs are missing"
+# What a change moves.
+FLIPPED = "claims are moved by"
+MOVED = "only numbers, beyond the range of the seeds, by"
+STILL = "nothing beyond that range by"
+UNJUDGED = "not judged, as runs are missing:"
 
 
 def report(evidence: Evidence) -> Findings:
     """Each variant's lumps and claims beside the base's, with the spread over seeds as the yardstick."""
-    base = evidence.configs[0]
-    variants: dict[str, list[Config]] = {}
-    for config in evidence.configs:
-        variants.setdefault(label(config, base), []).append(config)
-    table = evidence.table.set_index("run_id")
-    rows = [_row(name, configs, table, evidence) for name, configs in variants.items()]
-    spread = _spread(rows)
-    for row in rows:
-        row["beyond"] = pd.Series(dtype=float) if _is_seed(row) else _beyond(row["lumps"], spread)
-        row["moves"] = ", ".join(f"{by:+.2f} at {pressure:g}" for pressure, by in row["beyond"].items())
-    frame = pd.DataFrame(rows).drop(columns=["lumps", "beyond"])
+    comparison = compared(evidence)
+    frame = pd.DataFrame([_row(variant, comparison) for variant in comparison.variants])
     frame.to_csv(evidence.folder / "convergence.csv", index=False, float_format="%.6g", lineterminator="\n")
-    draw(rows, spread, evidence)
-    verdict = _verdict(rows)
+    draw(comparison, evidence)
+    verdict = _verdict(comparison)
     picture = Picture(
         "convergence.png",
         "Mass in lumps at the three pressures, a line for each variant, beside the range over the seeds.",
@@ -49,110 +40,70 @@ def report(evidence: Evidence) -> Findings:
         "Claims that the numbers agree with (one seed a variant decides none): C1 lumps grow with pressure, "
         "C2 powder at the lowest, C3 lumps at the highest, C4 powder "
         "without sintering, C5 the effect of sintering grows. Moves: pressures at which the variant lies outside the "
-        "range of the seeds, by how much beyond it. The pressures were chosen on the base's scene and fidelity, so "
+        "range of the seeds, by how much beyond it. The pressures were chosen on runs like the base, so "
         "a variant that moves C1 to C3 says how far the choice of pressures hangs on it. Unclosed: energy without a "
         "cause from the release on, part of what was turned over.",
     ]
     return Findings(blocks, verdict)
 
 
-def label(config: Config, base: Config) -> str:
-    """What a run changes of the base, beside its pressure and sintering: 'solver.cfl=0.2', or 'base'."""
-    changed = [
-        f"{key}={value}"
-        for (key, value), (_, usual) in zip(_settings(config), _settings(base), strict=True)
-        if value != usual
-    ]
-    return ", ".join(changed) or "base"
-
-
-def _settings(config: Config) -> list[tuple[str, Any]]:
-    """The numerical choices of a run."""
-    sections = [(f"{name}.{key}", value) for name in ("solver", "fidelity") for key, value in getattr(config, name)]
-    return [*((key, value) for key, value in sections if key != "fidelity.name"), ("seed", config.seed)]
-
-
-def _row(name: str, configs: Sequence[Config], table: pd.DataFrame, evidence: Evidence) -> dict[str, Any]:
+def _row(variant: Variant, comparison: Comparison) -> dict[str, Any]:
     """Lumps, claims and cost of one variant."""
-    done = [runs.identify(c) for c in configs if evidence.is_done(c)]
-    own = table.loc[done] if done else table.iloc[:0]
-    sintered = own[own["sintering"] == "paper"].set_index("pressure")["lump_fraction"].sort_index()
-    loose = own[own["sintering"] == "none"]["lump_fraction"]
-    held = " ".join(v.claim for v in claims.judge(configs[0].claims, own) if v.agrees)
-    pressures = sorted({config.pressure for config in configs})
+    own = variant.table
+    held = " ".join(variant.held) or "none"
     return {
-        "variant": name,
-        **{f"{p:g}": float(sintered.get(p, np.nan)) for p in pressures},
-        "unsintered": float(loose.max()) if len(loose) else float("nan"),
-        "claims": UNJUDGED if evidence.lost(configs) else held or "none",
+        "variant": variant.name,
+        **{f"{pressure:g}": lumps for pressure, lumps in variant.lumps.items()},
+        "unsintered": variant.loose,
+        "claims": f"{held}; not judged: {' '.join(variant.unjudged)}" if variant.unjudged else held,
+        "without result": variant.unfinished,
         "particles": int(own["particles"].max()) if len(own) else 0,
         "substeps": int(own["substeps"].mean()) if len(own) else 0,
-        "seconds": float(own["seconds"].mean()),
-        "unclosed": float(own["energy_unclosed"].mean()),
-        "lumps": sintered,
+        "seconds": own["seconds"].mean(),
+        "unclosed": own["energy_unclosed"].mean(),
+        "moves": ", ".join(f"{by:+.2f} at {pressure:g}" for pressure, by in comparison.moves(variant).items()),
     }
 
 
-def _is_seed(row: dict[str, Any]) -> bool:
-    """Whether a variant differs by its random places alone."""
-    return row["variant"] == "base" or (row["variant"].startswith("seed=") and "," not in row["variant"])
-
-
-def _spread(rows: Sequence[dict[str, Any]]) -> pd.DataFrame:
-    """Least and most lumps over the seeds, by pressure."""
-    seeds = pd.concat([row["lumps"] for row in rows if _is_seed(row)], axis=1)
-    return pd.DataFrame({"least": seeds.min(axis=1), "most": seeds.max(axis=1)})
-
-
-def _beyond(lumps: pd.Series, spread: pd.DataFrame) -> pd.Series:
-    """How far a variant's lumps lie beyond those of all seeds, by pressure, where they do."""
-    above = (lumps - spread["most"]).clip(lower=0.0)
-    below = (lumps - spread["least"]).clip(upper=0.0)
-    beyond = (above + below).dropna()
-    return beyond[beyond.abs() >= 0.005]
-
-
-def _verdict(rows: Sequence[dict[str, Any]]) -> str:
-    """Which changes move a claim, and which only the numbers."""
-    base, changed = rows[0], [row for row in rows if not _is_seed(row) and row["claims"] != UNJUDGED]
-    kept = base["claims"]
-    seeds = [row["claims"] for row in rows if _is_seed(row)]
-    flips = [f"{row['variant']} ({_difference(kept, row['claims'])})" for row in changed if row["claims"] != kept]
-    moved = [row for row in changed if len(row["beyond"]) and row["claims"] == kept]
-    moved.sort(key=lambda row: -row["beyond"].abs().max())
-    numbers = [f"{row['variant']} ({max(row['beyond'], key=abs):+.2f})" for row in moved]
-    still = [row["variant"] for row in changed if not len(row["beyond"]) and row["claims"] == kept]
-    parts = [f"Of {len(seeds)} seeds {sum(s == kept for s in seeds)} give the claims of the base ({kept})"]
-    for what, names in (
-        ("claims are moved by", flips),
-        ("only numbers, beyond the range of the seeds, by", numbers),
-        ("nothing beyond that range by", still),
-        ("not judged, as runs are missing:", [row["variant"] for row in rows if row["claims"] == UNJUDGED]),
-    ):
+def _verdict(comparison: Comparison) -> str:
+    """Which changes move a claim, and which only the numbers, the farthest first."""
+    seeds = [variant.held for variant in comparison.variants if variant.is_seed]
+    kept = comparison.base.held
+    parts = [f"Of {len(seeds)} seeds {sum(s == kept for s in seeds)} give the claims of the base ({' '.join(kept)})"]
+    told = [_told(variant, comparison) for variant in sorted(comparison.changed, key=comparison.farthest, reverse=True)]
+    for what in (FLIPPED, MOVED, STILL, UNJUDGED):
+        names = [name for kind, name in told if kind == what]
         if names:
             parts.append(f"{what} {', '.join(names)}")
     return "; ".join(parts) + "."
 
 
-def _difference(kept: str, now: str) -> str:
-    """Claims lost and gained."""
-    lost, gained = sorted(set(kept.split()) - set(now.split())), sorted(set(now.split()) - set(kept.split()) - {"none"})
-    return ", ".join([*(f"-{c}" for c in lost), *(f"+{c}" for c in gained)])
+def _told(variant: Variant, comparison: Comparison) -> tuple[str, str]:
+    """What a change moves, and its name with what or how far."""
+    flips = [f"-{c}" for c in comparison.lost(variant)] + [f"+{c}" for c in comparison.gained(variant)]
+    if flips:
+        return FLIPPED, f"{variant.name} ({', '.join(flips)})"
+    if variant.unjudged:
+        part = f" ({' '.join(variant.unjudged)})" if len(variant.unjudged) < len(variant.verdicts) else ""
+        return UNJUDGED, variant.name + part
+    moves = comparison.moves(variant)
+    return (MOVED, f"{variant.name} ({max(moves, key=abs):+.2f})") if len(moves) else (STILL, variant.name)
 
 
-def draw(rows: Sequence[dict[str, Any]], spread: pd.DataFrame, evidence: Evidence) -> None:
+def draw(comparison: Comparison, evidence: Evidence) -> None:
     """A line for each variant, a dot for each pressure, the seeds' range as bands."""
-    figure = Figure(figsize=(8.5, 0.34 * len(rows) + 1.4), layout="constrained")
+    variants = comparison.variants
+    places = range(len(variants))
+    figure = Figure(figsize=(8.5, 0.34 * len(variants) + 1.4), layout="constrained")
     ax = figure.subplots()
-    for colour, (pressure, band) in zip(COLOURS, spread.iterrows(), strict=False):
+    for colour, (pressure, band) in zip(COLOURS, comparison.spread.iterrows(), strict=False):
         ax.axvspan(band["least"], band["most"], color=colour, alpha=0.18, lw=0)
-        values = [row["lumps"].get(pressure, np.nan) for row in rows]
-        ax.plot(values, range(len(rows)), "o", color=colour, label=f"pressure {pressure:g}, sintered", zorder=3)
-    loose = [row["unsintered"] for row in rows]
-    ax.plot(loose, range(len(rows)), "x", color=UNSINTERED, label="not sintered, the most")
+        values = [variant.lumps[pressure] for variant in variants]
+        ax.plot(values, places, "o", color=colour, label=f"pressure {pressure:g}, sintered", zorder=3)
+    ax.plot([v.loose for v in variants], places, "x", color=UNSINTERED, label="not sintered, the most")
     ax.axvline(0.5, color="0.4", lw=0.8, ls=":")
-    ax.set(xlim=(-0.03, 1.03), ylim=(len(rows) - 0.5, -0.5), xlabel="mass in lumps [1]")
-    ax.set_yticks(range(len(rows)), [row["variant"] for row in rows])
+    ax.set(xlim=(-0.03, 1.03), ylim=(len(variants) - 0.5, -0.5), xlabel="mass in lumps [1]")
+    ax.set_yticks(places, [variant.name.replace(", ", "\n") for variant in variants], fontsize=8)
     ax.grid(axis="y", color="0.92", lw=0.6)
     figure.legend(loc="outside upper center", ncols=4, frameon=False, fontsize=8)
     save(figure, evidence.folder / "convergence.png")

@@ -76,19 +76,24 @@ def draw(configs: Sequence[Config], overrides: Sequence[str], folder: Path | Non
     return Part(evidence, findings, redo(overrides))
 
 
-def write_page_of(part: Part) -> Path:
-    """Write the report of one experiment; returns the page."""
-    return write_page(part.evidence.experiment.title, [part], part.evidence.folder)
+def write_page_of(part: Part, choices: Section | None = None) -> Path:
+    """Write the report of one experiment, with the ``choices`` that its claims rest on; returns the page."""
+    experiment = part.evidence.experiment
+    more = [choices] if choices and experiment.is_judged else []
+    return write_page(experiment.title, [part], part.evidence.folder, more)
 
 
-def write_page(title: str, parts: Sequence[Part | Section], folder: Path) -> Path:
-    """Write index.html, index.md and report.json: what one sees first, the parts, what all share; returns the page."""
+def write_page(title: str, parts: Sequence[Part | Section], folder: Path, more: Sequence[Section] = ()) -> Path:
+    """Write index.html, index.md and report.json; returns the page.
+
+    What one sees first, the parts, ``more``, and what all share.
+    """
     require_writable(folder)
     evidences = [part.evidence for part in parts if isinstance(part, Part)]
     sections = [part.section(folder) if isinstance(part, Part) else part for part in parts]
     first, others = lead(evidences, sections)
     viewer = next((part.viewer for part in parts if isinstance(part, Part) and part.viewer), None)
-    return write_document_to(Document(title, [first, *others, *about_runs(evidences, folder)]), folder, viewer)
+    return write_document_to(Document(title, [first, *others, *more, *about_runs(evidences, folder)]), folder, viewer)
 
 
 def write_document_to(document: Document, folder: Path, viewer: Viewer | None = None) -> Path:

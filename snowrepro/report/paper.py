@@ -8,6 +8,7 @@ from ..config import Config
 from ..store import runs
 from ..sweep.plan import make_plan
 from ..sweep.record import asked, name_of, with_asked_seeds
+from . import choices
 from .document import Section, code, plain
 from .evidence import redo
 from .page import Part, draw, write_page, write_page_of
@@ -16,7 +17,7 @@ TITLE = "Snow Simulation Considering Pressure Sintering: a reproduction"
 # The paper's own in its order, then studies of what they rest on.
 EXPERIMENTS = (
     "fig2", "fig3", "fig4", "table1", "table2", "fig5", "fig6", "grid",
-    "laws", "calibration", "convergence", "energy", "hardness",
+    "laws", "calibration", "readings", "convergence", "energy", "hardness",
 )  # fmt: skip
 
 
@@ -42,11 +43,12 @@ def write_paper(overrides: Sequence[str], store: str) -> Path:
     """
     found = [_asked([f"experiment={name}", *overrides], store) for name in EXPERIMENTS]
     parts = [draw(a.configs, a.overrides) if a.is_drawn else _named(a) for a in found]
+    register = choices.section(overrides, store)
     for part in parts:
         if isinstance(part, Part):
-            write_page_of(part)
+            write_page_of(part, register)
     folder = Path(found[0].configs[0].reports) / name_of(["experiment=paper", *overrides])
-    return write_page(TITLE, parts, folder)
+    return write_page(TITLE, parts, folder, [register])
 
 
 def _asked(overrides: Sequence[str], store: str) -> Asked:

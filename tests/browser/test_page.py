@@ -135,7 +135,9 @@ def test_hostile_names_come_out_as_text(page, configs, small_run, tmp_path):
         for config in configs[:3]
     ]
     for config in renamed[:2]:
-        runs.save(small_run.assign_attrs(config=config.model_dump_json()), config, wall_seconds=1.0, seconds_per_frame=0.1)
+        runs.save(
+            small_run.assign_attrs(config=config.model_dump_json()), config, wall_seconds=1.0, seconds_per_frame=0.1
+        )
     page.goto(report_of(renamed))
     page.wait_for_selector("#viewer-body", state="visible")
     assert HOSTILE in page.locator("h1").inner_text()

@@ -55,9 +55,9 @@ def test_two_readings_side_by_side(snowrepro, tmp_path):
     assert snowrepro("run", *FIG5).returncode == 0
     changed = [option.replace("pressure=500,3000", "pressure=500,1e9") for option in FIG5]
     assert snowrepro("run", *changed, "reading.release=rest").returncode == 3
-    names = [path.name for path in (tmp_path / "runs" / "sweeps").iterdir()]
-    first, second = sorted(names, key=lambda name: "rest" in name)
-    done = snowrepro("report", first, "--against", second)
+    records = [json.loads(path.read_text()) for path in (tmp_path / "runs" / "sweeps").glob("*/sweep.json")]
+    first, second = sorted(records, key=lambda record: "reading.release=rest" in record["overrides"])
+    done = snowrepro("report", first["name"], "--against", second["name"])
     assert done.returncode == 0, done.stderr
     folder = tmp_path / done.stdout.removeprefix("report: ").strip().rpartition("/")[0]
     page = (folder / "index.md").read_text()

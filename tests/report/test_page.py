@@ -198,7 +198,7 @@ def test_convergence_tells_what_moves_beyond_the_seeds(tmp_path):
     assert "claims are moved by solver.cfl=0.2 (-C2);" in findings.verdict
     assert "only numbers, beyond the range of the seeds, by fidelity.dx=2.0 (+0.05);" in findings.verdict
     assert "nothing beyond that range by solver.precision=f32;" in findings.verdict
-    assert findings.verdict.endswith("not judged, as runs are missing: solver.transfer=mls.")
+    assert findings.verdict.endswith("not judged, as runs are missing: solver.transfer=mls (C1 C3 C4 C5).")
     table = pd.read_csv(tmp_path / "convergence.csv").set_index("variant")
     assert list(table.index)[:2] == ["base", "seed=1"]
     assert table.loc["solver.cfl=0.2", "moves"] == "+0.30 at 340"

@@ -1,0 +1,115 @@
+"""What the paper leaves open: nothing forgotten, and the right words for what other choices did."""
+
+from functools import reduce
+
+import pandas as pd
+import pytest
+
+from snowrepro.analysis import claims
+from snowrepro.composition import compose
+from snowrepro.config import Reading
+from snowrepro.report import register
+from snowrepro.report.document import Table
+from snowrepro.report.evidence import Evidence
+from snowrepro.report.variants import Comparison, Variant, compared
+from snowrepro.store import runs
+from snowrepro.sweep.plan import make_plan
+
+BASE = compose()
+PRESSURES = (340.0, 530.0, 3300.0)
+
+
+def variant(changes, lumps=(), loose=0.01, others=()):
+    """Three runs with sintering and three without; ``lumps`` are those with, None where there is no result."""
+    rows = [(arm, p, value) for arm, values in (("paper", lumps), ("none", [loose] * len(lumps)))
+            for p, value in zip(PRESSURES, values, strict=False)]  # fmt: skip
+    table = pd.DataFrame(rows, columns=["sintering", "pressure", "lump_fraction"]).assign(seed=0)
+    done = table.dropna()
+    missing = [(row.sintering, row.pressure) for row in table[table["lump_fraction"].isna()].itertuples()]
+    return Variant(changes, PRESSURES, done, claims.judge(BASE.claims, done, missing=missing), others)
+
+
+SEEDS = (variant({}, (0.20, 0.50, 0.80)), variant({"seed": 1}, (0.25, 0.55, 0.90)))
+
+
+def row_of(choice, *variants):
+    """The register's row of a choice, by what the variants gave."""
+    table = register.section(Comparison([*SEEDS, *variants]), BASE)[1]
+    assert isinstance(table, Table)
+    return table.frame.set_index("choice").loc[choice]
+
+
+def test_every_switch_of_the_reading_is_registered_and_no_other_key():
+    keys = [key for entry in register.entries() for key in entry.keys]
+    assert len(keys) == len(set(keys))
+    for key in keys:
+        reduce(getattr, key.split("."), BASE)
+    switches = {key.removeprefix("reading.") for key in keys if key.startswith("reading.")}
+    assert switches == set(Reading.model_fields) - {"name"}
+
+
+def test_every_switch_is_tried_otherwise_by_the_experiment(tmp_path):
+    """Each in at least one variant, and each variant tests an entry; nothing was run yet."""
+    configs = make_plan(["experiment=readings", "pressure=340", "sintering=paper", f"store={tmp_path}"], False).configs
+    missing = frozenset(runs.identify(config) for config in configs)
+    comparison = compared(Evidence(configs[0].experiment, configs, pd.DataFrame(), tmp_path, missing))
+    assert comparison.base.name == "base"
+    changed = [set(v.changes) for v in comparison.changed]
+    assert {f"reading.{name}" for name in Reading.model_fields} - {"reading.name"} <= set.union(*changed)
+    keys = {key for entry in register.entries() for key in entry.keys}
+    assert all(keys & names for names in changed)
+    sentence, table = register.section(comparison, configs[0])
+    assert "0 were also made otherwise" in sentence
+    assert (table.frame["what they do to Figure 5"] == "-").all()
+
+
+@pytest.mark.parametrize(
+    ("lumps", "loose", "others", "told"),
+    [
+        ((0.22, 0.52, 0.85), 0.0, (), "keeps all; lumps as among the seeds"),
+        ((0.20, 0.50, 0.80), 0.0, (), "keeps all; the very same lumps"),
+        ((0.22, 0.52, 0.97), 0.0, (), "keeps all; lumps +0.07 beyond the seeds at 3300"),
+        ((0.22, 0.16, 0.45), 0.0, (), "**loses C1 C3 C5**; lumps -0.35 beyond the seeds at 3300"),
+        ((0.22, 0.52, 0.85), 0.6, (), "**loses C4**; lumps as among the seeds"),
+        (
+            (0.22, 0.52, None), 0.0, ("timed out",),
+            "keeps C2 C4; C1 C3 C5 not judged, as runs are missing (1 timed out); lumps as among the seeds",
+        ),
+        ((), 0.0, ("failed",) * 6, "C1 C2 C3 C4 C5 not judged, as runs are missing (6 failed)"),
+        ((), 0.0, ("pending",) * 6, "-"),
+    ],
+)  # fmt: skip
+def test_what_another_choice_does_is_told(lumps, loose, others, told):
+    """Kept, lost, failed, never run."""
+    row = row_of("Gravity", variant({"reading.gravity": 20.0}, lumps, loose, others))
+    assert row["what they do to Figure 5"] == told
+    assert row["alternatives tried"] == ("not tried" if told == "-" else "`reading.gravity=20.0`")
+    assert row["here"].startswith("`reading.gravity=10.0`: Legacy Taichi")
+
+
+def test_several_alternatives_are_told_apart_and_the_untried_named():
+    """Each under its value; what runs elsewhere is not called untried; a key of two entries counts in both."""
+    shell = variant({"reading.press": "shell"}, (0.6, 0.7, 0.8))
+    sides = variant({"reading.press": "two_sides"}, (0.2, 0.52, 0.8))
+    often = variant({"reading.cadence": "substep", "reading.hardening_growth": "per_time"}, (0.2, 0.52, 0.8))
+    row = row_of("How the snow is pressed", shell, sides)
+    assert row["alternatives tried"] == "`reading.press=shell`, `reading.press=two_sides`"
+    assert row["what they do to Figure 5"].startswith(
+        "`shell`: **loses C2**; lumps +0.35 beyond the seeds at 340. `two"
+    )
+    assert row_of("Bound of density", shell)["alternatives tried"] == "not tried"
+    assert row_of("Definition of a lump", shell)["alternatives tried"].startswith("892 definitions")
+    for choice in ("How often the laws act", "Eq. 9 has no time step"):
+        assert row_of(choice, often)["what they do to Figure 5"].startswith("keeps")
+    sentence = register.section(Comparison([*SEEDS, shell, sides, often]), BASE)[0]
+    assert "3 were also made otherwise on Figure 5; a claim is moved by How the snow is pressed." in sentence
+
+
+def test_a_base_that_lacks_a_claim_can_gain_it():
+    base = variant({}, (0.6, 0.7, 0.8))
+    better = variant({"reading.friction": 0.3}, (0.2, 0.7, 0.8))
+    assert register.effect(better, Comparison([base, better])).startswith("**gains C2**")
+
+
+def test_texts_fit_into_a_table():
+    assert not [e.name for e in register.entries() if "|" in e.paper + e.here + e.elsewhere]
