@@ -1,16 +1,20 @@
 # Two commands for a newcomer: make reproduce, make test.
 PYTHON ?= python3
 FIDELITY ?= paper
-EXPERIMENTS ?= fig5
+EXPERIMENTS ?=
 CLAIMS ?= fig5
+COARSE := $(if $(filter paper,$(FIDELITY)),,fidelity=$(FIDELITY))
 VENV := .venv
 BIN := $(VENV)/bin
 
 .PHONY: reproduce test slow validate lint lock benchmark clean
 
-reproduce: $(VENV)/installed  ## Figure 5 and what three seeds say of its claims; EXPERIMENTS="fig2 fig6" CLAIMS=fig6 for others
-	set -e; for name in $(EXPERIMENTS); do $(BIN)/snowrepro run experiment=$$name fidelity=$(FIDELITY); done
-	set -e; for name in $(CLAIMS); do $(BIN)/snowrepro claims experiment=$$name fidelity=$(FIDELITY); done
+# The report on the paper, with Figure 5 and what three seeds say of its claims; EXPERIMENTS="fig6 table2" CLAIMS=fig6
+# for more.
+reproduce: $(VENV)/installed
+	set -e; for name in $(EXPERIMENTS); do $(BIN)/snowrepro run experiment=$$name $(COARSE); done
+	set -e; for name in $(CLAIMS); do $(BIN)/snowrepro claims experiment=$$name $(COARSE); done
+	$(BIN)/snowrepro report $(COARSE)
 
 test: $(VENV)/installed  ## the fast tests
 	$(BIN)/python -m pytest -n auto -m "not slow"

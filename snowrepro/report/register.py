@@ -96,7 +96,9 @@ def _sentence(register: Sequence[Entry], comparison: Comparison) -> str:
     """How many choices were tried, which of them move a claim, and under which runs are missing."""
     tests = {entry.name: entry.tests(comparison.changed) for entry in register}
     tried = [name for name, variants in tests.items() if variants]
-    moved = [name for name in tried if any(comparison.lost(v) or comparison.gained(v) for v in tests[name])]
+    moving = [v for v in comparison.changed if comparison.lost(v) or comparison.gained(v)]
+    moved = [entry.name for entry in register if any(set(v.changes) <= set(entry.keys) for v in moving)]
+    moved += [f"`{v.name}` together" for v in moving if not any(set(v.changes) <= set(e.keys) for e in register)]
     short = [name for name in tried if any(variant.others for variant in tests[name])]
     parts = [
         f"Of {len(register)} choices {len(tried)} were also made otherwise on Figure 5",

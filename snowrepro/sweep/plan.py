@@ -108,8 +108,9 @@ def make_claims_plan(overrides: Sequence[str], seeds: int) -> Plan:
     experiments = {config.experiment for config in plan.configs}
     if len(experiments) > 1 or None in experiments:
         raise ConfigError("claims are judged by the runs of one experiment, for example experiment=fig5")
-    if not plan.needs_runs:
-        raise ConfigError(f"experiment '{plan.configs[0].experiment.name}' has no runs to judge claims by")
+    (experiment,) = experiments
+    if not experiment.is_judged:
+        raise ConfigError(f"claims are not judged by '{experiment.name}', but by strips and grids, such as fig5 or grid")
     _require_one_run_a_cell(plan)
     return plan
 

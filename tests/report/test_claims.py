@@ -17,7 +17,7 @@ from snowrepro.report.evidence import gathered
 from snowrepro.report.strip import Row
 from snowrepro.store import runs
 from snowrepro.store.provenance import provenance
-from snowrepro.sweep.plan import Plan, make_claims_plan
+from snowrepro.sweep.plan import Plan, make_claims_plan, make_plan
 from tests.report.reports import reported
 
 MADE_BY = provenance()
@@ -197,7 +197,7 @@ def test_one_seed_counts_scenes_and_decides_none(judged):
 
 def test_a_ladder_of_the_calibration_is_calibrated(tmp_path):
     """Its own sintered runs chose the pressures; without unsintered runs C4 and C5 are not run."""
-    plan = make_claims_plan(["experiment=calibration", f"store={tmp_path}"], 3)
+    plan = make_plan(["experiment=calibration", f"store={tmp_path}"], multirun=True)
     fill(plan, lambda c: float(np.interp(np.log(c.pressure), [4, 8.5], [0, 1])))
     (scene,) = gathered(plan.configs, tmp_path).scenes
     verdicts = {v.claim: v for v in scene.verdicts}
