@@ -100,7 +100,9 @@ def plain(text: object) -> str:
 
 def code(text: object) -> str:
     """Text as code, whatever backticks it has."""
-    return f"`` {text} ``" if "`" in str(text) else f"`{text}`"
+    longest = max(map(len, re.findall("`+", str(text))), default=0)
+    fence = "`" * (longest + 1)
+    return f"{fence} {text} {fence}" if longest else f"`{text}`"
 
 
 def listed(lines: Sequence[str]) -> str:

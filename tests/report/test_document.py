@@ -1,0 +1,86 @@
+"""The content of a report and its forms: text from data stays text, links follow the files."""
+
+import html
+import re
+
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from snowrepro.report.document import Document, Fold, Pair, Picture, Section, Table, code, moved, plain
+from snowrepro.report.html import data_link, inline, paragraphs
+from snowrepro.report.markdown import write
+
+PRINTABLE = st.text(st.characters(codec="utf-8", exclude_categories=["C", "Z"], include_characters=" "), max_size=40)
+
+
+@given(PRINTABLE)
+def test_text_from_data_comes_out_as_it_went_in(text):
+    """Whatever letters Markdown or HTML give a meaning to."""
+    shown = inline(f"x{plain(text)}x")
+    assert html.unescape(shown) == f"x{text}x"
+    assert "<" not in shown
+
+
+@given(PRINTABLE)
+def test_code_comes_out_as_it_went_in(text):
+    """Backticks too."""
+    shown = inline(code(f"x{text}x"))
+    assert html.unescape(re.fullmatch("<code>(.*)</code>", shown)[1]) == re.sub(" +", " ", f"x{text}x") or "`" in text
+
+
+def test_html_in_markdown_is_text_and_verdicts_have_a_class():
+    """Neither elements nor scripts get through; the words of verdicts are marked for the eye."""
+    assert paragraphs('<script>alert("x")</script> & <b>') == (
+        "<p>&lt;script&gt;alert(&quot;x&quot;)&lt;/script&gt; &amp; &lt;b&gt;</p>\n"
+    )
+    assert "javascript:" not in inline("[x](javascript:alert)").replace("(javascript:alert)", "")
+    assert inline("**NOT RUN** **REPRODUCED (by calibration, no test)**") == (
+        '<strong class="not-run">NOT RUN</strong> '
+        '<strong class="reproduced">REPRODUCED (by calibration, no test)</strong>'
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "there"),
+    [
+        ("see [a](a.csv)", "see [a](../fig5/a.csv)"),
+        ("see [a](#runs) and [b](https://b.example)", "see [a](#runs) and [b](https://b.example)"),
+        (r"interval \[1, 2\](x)", r"interval \[1, 2\](x)"),
+    ],
+)
+def test_links_follow_the_files(text, there):
+    """Seen from another folder, in text, captions, cells, folds and pairs alike."""
+    picture = Picture("p.png", "alt", text, data="p.csv")
+    seen = Picture("../fig5/p.png", "alt", there, data="../fig5/p.csv")
+    assert moved(text, "../fig5") == there
+    assert moved(picture, "../fig5") == seen
+    assert moved(Pair(("A", "B"), (picture, picture)), "../fig5") == Pair(("A", "B"), (seen, seen))
+    table = moved(Fold("more", [Table(pd.DataFrame({"n": [1], "t": [text]}), data="t.csv")]), "../fig5").blocks[0]
+    assert table.data == "../fig5/t.csv"
+    assert table.frame.to_dict("list") == {"n": [1], "t": [there]}
+
+
+def test_small_tables_travel_in_the_page_and_large_ones_beside_it(tmp_path):
+    """So that the page stays small; what is not there has no link."""
+    (tmp_path / "small.csv").write_text("a,b\n1,2\n")
+    (tmp_path / "large.csv").write_text("1234567\n" * 10_000)
+    assert data_link(tmp_path, "small.csv") == ("small.csv", "data:text/csv;base64,YSxiCjEsMgo=")
+    assert data_link(tmp_path, "large.csv") == ("large.csv", "large.csv")
+    assert data_link(tmp_path, "gone.csv") is None and data_link(tmp_path, "") is None
+
+
+def test_markdown_has_everything(tmp_path):
+    """Heads, what the paper says, pictures with data, tables, folds, and the command that redoes it."""
+    table = Table(pd.DataFrame({"a": [0.12345, float("nan")], "b": ["x", "y"]}), "Numbers.", "t.csv")
+    blocks = ["Text.", Picture("p.png", "What one sees", "How to read it.", "Fig. 5", "p.csv"), Fold("More", [table])]
+    write(
+        Document("A * title", [Section("s", "", []), Section("t", "Second", blocks, "Words.", "redo it")]),
+        tmp_path / "i.md",
+    )
+    text = (tmp_path / "i.md").read_text()
+    assert text.splitlines()[0] == r"# A \* title"
+    for part in ("## Second", "> The paper: Words.", "![What one sees](p.png)", "*Fig. 5.* How to read it. Data: [p.csv](p.csv).",
+                 "#### More", "| 0.123 | x |", "| - | y |", "Numbers. Data: [t.csv](t.csv).", "Redo: `redo it`"):  # fmt: skip
+        assert part in text
