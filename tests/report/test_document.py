@@ -27,7 +27,7 @@ def test_text_from_data_comes_out_as_it_went_in(text):
 def test_code_comes_out_as_it_went_in(text):
     """Backticks too."""
     shown = inline(code(f"x{text}x"))
-    assert html.unescape(re.fullmatch("<code>(.*)</code>", shown)[1]) == re.sub(" +", " ", f"x{text}x") or "`" in text
+    assert html.unescape(re.fullmatch("<code>(.*)</code>", shown)[1]) == f"x{text}x"
 
 
 def test_html_in_markdown_is_text_and_verdicts_have_a_class():
@@ -75,12 +75,11 @@ def test_markdown_has_everything(tmp_path):
     """Heads, what the paper says, pictures with data, tables, folds, and the command that redoes it."""
     table = Table(pd.DataFrame({"a": [0.12345, float("nan")], "b": ["x", "y"]}), "Numbers.", "t.csv")
     blocks = ["Text.", Picture("p.png", "What one sees", "How to read it.", "Fig. 5", "p.csv"), Fold("More", [table])]
-    write(
-        Document("A * title", [Section("s", "", []), Section("t", "Second", blocks, "Words.", "redo it")]),
-        tmp_path / "i.md",
-    )
+    sections = [Section("s", "", []), Section("t", "Second", blocks, "Words.", "redo it")]
+    write(Document("A * title", sections), tmp_path / "i.md")
     text = (tmp_path / "i.md").read_text()
     assert text.splitlines()[0] == r"# A \* title"
-    for part in ("## Second", "> The paper: Words.", "![What one sees](p.png)", "*Fig. 5.* How to read it. Data: [p.csv](p.csv).",
-                 "#### More", "| 0.123 | x |", "| - | y |", "Numbers. Data: [t.csv](t.csv).", "Redo: `redo it`"):  # fmt: skip
+    parts = ["## Second", "> The paper: Words.", "![What one sees](p.png)", "#### More", "| 0.123 | x |", "| - | y |"]
+    parts += ["*Fig. 5.* How to read it. Data: [p.csv](p.csv).", "Numbers. Data: [t.csv](t.csv).", "Redo: `redo it`"]
+    for part in parts:
         assert part in text
