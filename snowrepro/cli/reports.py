@@ -74,4 +74,5 @@ def written(plan: Plan) -> "tuple[Part, Path]":
     from ..report.page import draw, write_page_of
 
     part = draw(plan.configs, plan.overrides)
-    return part, write_page_of(part, choices.section(plan.overrides, plan.configs[0].store))
+    judged = part.evidence.experiment.is_judged
+    return part, write_page_of(part, [choices.section(plan.overrides, plan.configs[0].store)] if judged else ())

@@ -76,11 +76,9 @@ def draw(configs: Sequence[Config], overrides: Sequence[str], folder: Path | Non
     return Part(evidence, findings, redo(overrides))
 
 
-def write_page_of(part: Part, choices: Section | None = None) -> Path:
-    """Write the report of one experiment, with the ``choices`` that its claims rest on; returns the page."""
-    experiment = part.evidence.experiment
-    more = [choices] if choices and experiment.is_judged else []
-    return write_page(experiment.title, [part], part.evidence.folder, more)
+def write_page_of(part: Part, more: Sequence[Section] = ()) -> Path:
+    """Write the report of one experiment; returns the page."""
+    return write_page(part.evidence.experiment.title, [part], part.evidence.folder, more)
 
 
 def write_page(title: str, parts: Sequence[Part | Section], folder: Path, more: Sequence[Section] = ()) -> Path:

@@ -46,7 +46,7 @@ def write_paper(overrides: Sequence[str], store: str) -> Path:
     register = choices.section(overrides, store)
     for part in parts:
         if isinstance(part, Part):
-            write_page_of(part, register)
+            write_page_of(part, [register] if part.evidence.experiment.is_judged else ())
     folder = Path(found[0].configs[0].reports) / name_of(["experiment=paper", *overrides])
     return write_page(TITLE, parts, folder, [register])
 

@@ -110,7 +110,7 @@ def make_claims_plan(overrides: Sequence[str], seeds: int) -> Plan:
         raise ConfigError("claims are judged by the runs of one experiment, for example experiment=fig5")
     (experiment,) = experiments
     if not experiment.is_judged:
-        raise ConfigError(f"claims are not judged by '{experiment.name}', but by strips and grids, such as fig5 or grid")
+        raise ConfigError(f"claims are not judged by '{experiment.name}', but by a strip or grid, such as fig5")
     _require_one_run_a_cell(plan)
     return plan
 

@@ -76,7 +76,7 @@ def test_claims_take_an_experiment_with_seeds():
     [
         ([], 3, "one experiment, for example experiment=fig5"),
         (["experiment=fig5,fig6"], 3, "one experiment, for example experiment=fig5"),
-        (["experiment=fig2"], 3, "claims are not judged by 'fig2', but by strips and grids"),
+        (["experiment=fig2"], 3, "claims are not judged by 'fig2', but by a strip or grid"),
         (["experiment=fig5", "seed=1"], 3, "leave out the override of seed"),
         (["experiment=fig5", "seed=0,1"], 3, "leave out the override of seed"),
         (["experiment=fig5", "++seed=4"], 3, "leave out the override of seed"),
