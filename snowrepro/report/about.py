@@ -191,7 +191,8 @@ def _row(config: Config, first: dict, evidence: Evidence, folder: Path) -> dict[
 
 
 def _link(name: str, config: Config, folder: Path) -> str:
-    """The run's id, with a link to its folder where both places are known from here alone."""
+    """The run's id, with links to its result and manifest where both places are known from here alone."""
     if Path(config.store).is_absolute() or folder.is_absolute():
         return name
-    return f"[{name}]({os.path.relpath(runs.run_dir(config), folder)}/manifest.json)"
+    way = os.path.relpath(runs.run_dir(config), folder)
+    return f"{name} ([run.nc]({way}/run.nc), [manifest]({way}/manifest.json))"
