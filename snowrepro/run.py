@@ -109,8 +109,8 @@ def _with_last_good_state(error: Diverged, config: Config) -> Diverged:
         kept = runs.checkpoint(config)
     if kept is None:
         return error
-    where = runs.work_dir(config) / runs.CHECKPOINT
-    return Diverged(f"{error}; last good state: frame {int(kept['frame'])}, in {where}", error.frame)
+    where = (runs.work_dir(config) / runs.CHECKPOINT).relative_to(config.store)  # a report takes the message over
+    return Diverged(f"{error}; last good state: frame {int(kept['frame'])}, in {where} of the store", error.frame)
 
 
 def run_raw(raw: DictConfig) -> str:

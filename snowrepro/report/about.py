@@ -9,7 +9,7 @@ import yaml
 
 from ..config import Config
 from ..mpm.diagnostics import BOUNDED, bounded
-from ..store import manifest, runs, states
+from ..store import runs, states
 from .document import Block, Fold, Section, Table, listed, plain
 from .evidence import Evidence, in_paper_order, made_by, name_of, opened
 
@@ -71,17 +71,19 @@ def _done(evidences: Sequence[Evidence]) -> Iterator[Config]:
 
 def _missing(evidences: Sequence[Evidence]) -> list[Block]:
     """Every run that has no result, by state, with the reason.  None of them counts in any verdict."""
-    configs = _distinct(evidences)
-    found: dict[str, list[str]] = {}
-    for config, standing in zip(configs, states.standings(configs), strict=True):
-        if standing.state != states.DONE:
-            found.setdefault(standing.state, []).append(plain(f"{name_of(config)}: {standing.reason}"))
+    found: dict[str, dict[Path, str]] = {}
+    for evidence in evidences:
+        for config, standing in zip(evidence.configs, states.standings(evidence.configs), strict=True):
+            if standing.state != states.DONE:
+                named = ", ".join([name_of(config), *_changes(config, evidence)])
+                told = plain(f"{named}: {standing.reason}")
+                found.setdefault(standing.state, {}).setdefault(runs.run_dir(config), told)
     if not found:
-        return [f"None: all {len(configs)} runs that were asked for are done."]
+        return [f"None: all {len(_distinct(evidences))} runs that were asked for are done."]
     blocks: list[Block] = ["They are shown as missing wherever they belong, and no verdict counts them."]
     for state, names in sorted(found.items()):
         head = f"{state.capitalize()}: {len(names)}"
-        text = listed([f"**missing** ({state}): {name}" for name in names])
+        text = listed([f"**missing** ({state}): {name}" for name in names.values()])
         blocks.append(Fold(head, [text]) if len(names) > MOST_LISTED else text)
     return blocks
 
@@ -155,7 +157,7 @@ def _environment(evidences: Sequence[Evidence]) -> list[Block]:
 def _list_of_runs(evidence: Evidence, folder: Path, all_of_them: Sequence[Evidence]) -> Section:
     """Each run with its settings, numbers and folder in the store, and all settings of the first."""
     first = runs.plain(evidence.configs[0])
-    rows = [_row(config, first, evidence, folder) for config in in_paper_order(evidence.configs)]
+    rows = [_row(config, evidence, folder) for config in in_paper_order(evidence.configs)]
     frame = pd.DataFrame(rows).dropna(axis=1, how="all")
     table = Table(frame.astype(object).fillna("-"), data=os.path.join(evidence.seen_from(folder), "summary.csv"))
     settings = yaml.safe_dump(first, sort_keys=False, allow_unicode=True).rstrip()
@@ -173,10 +175,9 @@ def runs_anchor(evidence: Evidence) -> str:
     return f"runs-{evidence.folder.name}"
 
 
-def _row(config: Config, first: dict, evidence: Evidence, folder: Path) -> dict[str, object]:
+def _row(config: Config, evidence: Evidence, folder: Path) -> dict[str, object]:
     """One run in the list."""
     name = runs.identify(config)
-    others = [d for d in manifest.differences(first, runs.plain(config)) if not d.startswith(SETTINGS_TOLD)]
     row: dict[str, object] = {
         "run": _link(name, config, folder) if evidence.is_done(config) else f"**missing** {name}",
         "shape": plain(config.shape.name),
@@ -184,10 +185,15 @@ def _row(config: Config, first: dict, evidence: Evidence, folder: Path) -> dict[
         "pressure": f"{config.pressure:g}",
         "sintering": plain(config.sintering.name),
         "seed": config.seed,
-        "other settings": plain("; ".join(others)) or None,
+        "other settings": plain("; ".join(_changes(config, evidence))) or None,
     }
     numbers = evidence.row(name)
     return row | {head: numbers.get(column) for column, head in MEASURED.items()}
+
+
+def _changes(config: Config, evidence: Evidence) -> list[str]:
+    """What else a run has otherwise than the first of its experiment, "key before -> now"."""
+    return [d for d in evidence.changes(config) if not d.startswith(SETTINGS_TOLD)]
 
 
 def _link(name: str, config: Config, folder: Path) -> str:

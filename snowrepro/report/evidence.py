@@ -54,6 +54,14 @@ class Evidence:
     def _rows(self) -> dict[str, dict[str, Any]]:
         return {row["run_id"]: row for row in self.table.to_dict("records")}
 
+    def changes(self, config: Config) -> list[str]:
+        """The settings of a run that differ from the first's, as "key before -> now"."""
+        return manifest.differences(self._first, runs.plain(config))
+
+    @cached_property
+    def _first(self) -> dict[str, Any]:
+        return runs.plain(self.configs[0])
+
     def seen_from(self, folder: Path) -> str:
         """The way from ``folder`` to the folder of pictures and tables; empty if they are the same."""
         return "" if folder == self.folder else os.path.relpath(self.folder, folder)

@@ -15,8 +15,8 @@ from ..store.files import published
 from .document import Document, Table, shown
 from .viewer import Viewer
 
-COLOURS = 128  # of an embedded picture
-MOST_EMBEDDED = 40_000  # bytes of a table that travels inside the page
+COLOURS = 64  # of an embedded picture
+MOST_EMBEDDED = 12_000  # bytes of a table that travels inside the page
 WORDS = re.compile(r"<strong>(REPRODUCED|CONTRADICTED|INCONCLUSIVE|NOT RUN|missing)")
 
 _markdown = MarkdownIt("commonmark", {"html": False})

@@ -91,7 +91,6 @@ def report(evidence: Evidence) -> Findings:
     pace = pd.DataFrame([_pace(snow) for snow in snows])
     verdict = sentence(config, pace)
     blocks = [
-        f"**{verdict}**",
         "No measured fraction of lumps against pressing pressure is known to us: the paper's result itself cannot be "
         "set beside a measurement, only the laws that it is made of.",
         _units(config),

@@ -60,7 +60,8 @@ def _told(claim: Claim, evidence: Evidence) -> list[tuple[int, str]]:
     where = evidence.experiment.figure or evidence.experiment.title
     if claim.test == "scenes":
         found = [v for v in evidence.over_scenes if v.claim == claim.name and v.word != NOT_RUN]
-        return [(1, f"**{v.word}**: {plain(v.measured)}.") for v in found]
+        found_on = f"{len([scene for scene in evidence.scenes if not scene.calibrated])} other scenes"
+        return [(1, f"**{v.word}** by {found_on}, the numbers agree with {plain(v.measured)}.") for v in found]
     if len(evidence.scenes) == 1:
         (scene,) = evidence.scenes
         verdict = scene.verdict(claim.name)

@@ -17,6 +17,7 @@ from .records import write_document
 from .viewer import Viewer
 from .viewer import gathered as gathered_runs
 
+MOST_BOLD = 400  # letters of a verdict
 VIEWER_BYTES = 2_300_000  # of a page, which is to stay below 5 MB
 
 # Who draws which picture.
@@ -58,7 +59,8 @@ class Part:
     def section(self, seen_from: Path) -> Section:
         """The experiment's section of a report in the folder ``seen_from``."""
         experiment, way = self.evidence.experiment, self.evidence.seen_from(seen_from)
-        blocks: list[Block] = [f"**{self.findings.verdict}**", *self.findings.blocks]
+        verdict = plain(self.findings.verdict)
+        blocks: list[Block] = [f"**{verdict}**" if len(verdict) < MOST_BOLD else verdict, *self.findings.blocks]
         if way:
             blocks = [moved(block, way) for block in blocks]
         runs = runs_anchor(self.evidence) if experiment.needs_runs else ""
