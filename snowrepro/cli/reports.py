@@ -37,6 +37,8 @@ def _compare(name: str, words: Sequence[str], against: str, store: str, other_st
     """Two sweeps side by side; further overrides hold for both."""
     from ..report.compare import write_comparison
 
+    if not name:
+        raise ConfigError(f"what is '{against}' to be set beside? snowrepro report A --against {against}")
     plans = []
     for sweep, kept in ((name, store), (against, other_store)):
         overrides = record.with_asked_seeds(overrides_of(sweep, words, kept), kept)

@@ -1,7 +1,7 @@
 """What every report tells of its runs: what is missing, solver health, cost, what made them, and their settings."""
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
@@ -64,9 +64,9 @@ def _distinct(evidences: Sequence[Evidence]) -> list[Config]:
     return list({runs.run_dir(config): config for evidence in evidences for config in evidence.configs}.values())
 
 
-def _done(evidences: Sequence[Evidence]) -> Iterator[Config]:
+def _done(evidences: Sequence[Evidence]) -> list[Config]:
     done = {runs.run_dir(c): c for evidence in evidences for c in evidence.configs if evidence.is_done(c)}
-    return iter(done.values())
+    return list(done.values())
 
 
 def _missing(evidences: Sequence[Evidence]) -> list[Block]:

@@ -16,6 +16,7 @@ from .document import Document, Table, shown
 from .viewer import Viewer
 
 COLOURS = 64  # of an embedded picture
+PROSE = 60  # letters from which a cell is to be read as text
 MOST_EMBEDDED = 12_000  # bytes of a table that travels inside the page
 WORDS = re.compile(r"<strong>(REPRODUCED|CONTRADICTED|INCONCLUSIVE|NOT RUN|missing)")
 
@@ -57,12 +58,15 @@ def _marked(html: str) -> Markup:
     return Markup(WORDS.sub(lambda m: f'<strong class="{m[1].lower().replace(" ", "-")}">{m[1]}', html))
 
 
-def cells(table: Table) -> list[list[tuple[Markup, bool]]]:
-    """Rows of cells as HTML, each with whether it is a number."""
-    return [
-        [(inline(shown(value)), isinstance(value, (int, float, np.number))) for value in row]
-        for row in table.frame.itertuples(index=False)
-    ]
+def cells(table: Table) -> list[list[tuple[Markup, str]]]:
+    """Rows of cells as HTML, each with its class: number, prose, or none."""
+    return [[(inline(shown(value)), _class(value)) for value in row] for row in table.frame.itertuples(index=False)]
+
+
+def _class(value: object) -> str:
+    if isinstance(value, (int, float, np.number)):
+        return "number"
+    return "prose" if isinstance(value, str) and len(value) > PROSE else ""
 
 
 def embedded(path: Path) -> str:
