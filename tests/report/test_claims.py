@@ -7,46 +7,14 @@ from collections.abc import Callable
 import numpy as np
 import pandas as pd
 import pytest
-import xarray as xr
 from matplotlib.image import imread
 
-from snowrepro.analysis import summary
 from snowrepro.config import Config
 from snowrepro.report.claims import screen
 from snowrepro.report.evidence import gathered
 from snowrepro.report.strip import Row
-from snowrepro.store import runs
-from snowrepro.store.provenance import provenance
-from snowrepro.sweep.plan import Plan, make_claims_plan, make_plan
-from tests.report.reports import reported
-
-MADE_BY = provenance()
-LIKE_THE_PAPER = {340: 0.2, 530: 0.52, 3300: 0.8}
-
-
-@pytest.fixture(autouse=True)
-def _no_git(monkeypatch):
-    """One look at the clone is enough."""
-    monkeypatch.setattr(runs, "provenance", lambda: MADE_BY)
-
-
-def paper_like(config: Config) -> float:
-    """Rising with pressure, a little different for each seed; powder without sintering."""
-    return LIKE_THE_PAPER[config.pressure] + 0.01 * (config.seed % 3) if config.sintering.enabled else 0.0
-
-
-def fill(plan: Plan, lumps: Callable[[Config], float | None]) -> Plan:
-    """Give each run of a plan a result with these lumps; None: no result."""
-    for config in plan.configs:
-        value = lumps(config)
-        if value is None:
-            continue
-        runs.save(xr.Dataset(), config)
-        row = {"run_id": runs.identify(config), "shape": config.shape.name, "floor": config.floor.name}
-        row |= {"sintering": config.sintering.name, "pressure": config.pressure, "seed": config.seed}
-        row |= {"lump_fraction": value, "settled": True, "seconds": 1.0}
-        runs.save_summary(config, summary._key(config.analysis), row)
-    return plan
+from snowrepro.sweep.plan import make_claims_plan, make_plan
+from tests.report.reports import fill, paper_like, reported
 
 
 @pytest.fixture
