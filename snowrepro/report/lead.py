@@ -61,7 +61,7 @@ def _told(claim: Claim, evidence: Evidence) -> list[tuple[int, str]]:
     if claim.test == "scenes":
         found = [v for v in evidence.over_scenes if v.claim == claim.name and v.word != NOT_RUN]
         found_on = f"{len([scene for scene in evidence.scenes if not scene.calibrated])} other scenes"
-        return [(1, f"**{v.word}** by {found_on}, the numbers agree with {plain(v.measured)}.") for v in found]
+        return [(1, f"**{v.word}** by {found_on}: the numbers agree with {plain(v.measured)}.") for v in found]
     if len(evidence.scenes) == 1:
         (scene,) = evidence.scenes
         verdict = scene.verdict(claim.name)

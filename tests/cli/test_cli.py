@@ -171,7 +171,7 @@ def test_claims_with_a_failed_run_are_not_run(snowrepro, tmp_path):
         (["experiment=fig5", "seeds=two"], "seeds: should be one whole number of at least 1 (got two)"),
         (["experiment=fig5", "seeds=2", "seeds=3"], "seeds: should be one whole number of at least 1 (got 2, 3)"),
         (["experiment=fig5", "seed=1"], "leave out the override of seed"),
-        (["experiment=table1"], "has no runs to judge claims by"),
+        (["experiment=table1"], "claims are not judged by 'table1'"),
         (["experiment=fig5", "store=/proc/nowhere"], "cannot write into the folder '/proc/nowhere'"),
     ],
 )
