@@ -7,7 +7,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from ..analysis.calibration import calibrate
-from .document import Findings, Picture
+from .document import NOTHING, Findings, Picture
 from .drawing import save
 from .evidence import Evidence
 from .sensitivity import of_other_pressures
@@ -16,6 +16,8 @@ from .sensitivity import of_other_pressures
 def report(evidence: Evidence) -> Findings:
     """The chosen pressures and the curve that they were read from."""
     targets, table = evidence.experiment.targets, evidence.table
+    if table.empty:
+        return NOTHING
     chosen = calibrate(table, targets) if len(table) > 1 else [None] * len(targets)
     draw_calibration(table, targets, chosen, evidence.folder / "curve.png")
     shown = ", ".join("not reached" if p is None else f"{p:g}" for p in chosen)

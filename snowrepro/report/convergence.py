@@ -5,7 +5,7 @@ from typing import Any
 import pandas as pd
 from matplotlib.figure import Figure
 
-from .document import Findings, Picture, Table
+from .document import NOTHING, Findings, Picture, Table
 from .drawing import save
 from .evidence import Evidence
 from .variants import Comparison, Variant, compared
@@ -21,6 +21,8 @@ UNJUDGED = "not judged, as runs are missing:"
 
 def report(evidence: Evidence) -> Findings:
     """Each variant's lumps and claims beside the base's, with the spread over seeds as the yardstick."""
+    if evidence.table.empty:
+        return NOTHING
     comparison = compared(evidence)
     frame = pd.DataFrame([_row(variant, comparison) for variant in comparison.variants])
     frame.to_csv(evidence.folder / "convergence.csv", index=False, float_format="%.6g", lineterminator="\n")

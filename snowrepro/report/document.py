@@ -69,6 +69,9 @@ class Findings:
     verdict: str
 
 
+NOTHING = Findings((), "No run has a result.")
+
+
 @dataclass(frozen=True)
 class Section:
     """A part of a report.

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from ..config import Config
 from ..mpm.diagnostics import WORKS
-from .document import Findings, Picture, Table
+from .document import NOTHING, Findings, Picture, Table
 from .drawing import save
 from .evidence import Evidence, in_paper_order, opened
 
@@ -36,7 +36,7 @@ def report(evidence: Evidence) -> Findings:
     configs = [config for config in in_paper_order(evidence.configs) if evidence.is_done(config)]
     ledgers = [_ledger(config) for config in configs]
     if not configs:
-        return Findings([], "No run has a result.")
+        return NOTHING
     draw(configs, ledgers, evidence)
     table = pd.DataFrame([row for c, ledger in zip(configs, ledgers, strict=True) for row in _rows(c, ledger)])
     table.to_csv(evidence.folder / "energy.csv", index=False, float_format="%.6g", lineterminator="\n")

@@ -133,7 +133,7 @@ def _shapes_and_floors(evidence: Evidence) -> tuple[list[str], list[str]]:
 def draw_heatmap(evidence: Evidence) -> Picture:
     """Mass in lumps of every scene: a panel a pressure with sintering, and one for the most without."""
     shapes, floors = _shapes_and_floors(evidence)
-    panels = _panels(evidence.scenes)
+    panels = _panels(evidence.scenes) or {"no run has a result": {}}
     columns = min(2, len(panels))
     rows = -(-len(panels) // columns)
     size = ((0.62 * len(floors) + 0.6) * columns + 0.9, (0.42 * len(shapes) + 0.75) * rows + 0.3)
@@ -149,8 +149,7 @@ def draw_heatmap(evidence: Evidence) -> Picture:
         ax.tick_params(length=0)
     for ax in axes.flat[len(panels) :]:
         ax.set_axis_off()
-    if panels:
-        figure.colorbar(shown, ax=axes, label="mass in lumps [1]", shrink=0.8)
+    figure.colorbar(shown, ax=axes, label="mass in lumps [1]", shrink=0.8)
     save(figure, evidence.folder / "heatmap.png")
     return Picture(
         "heatmap.png",

@@ -13,7 +13,7 @@ from scipy.stats import rankdata
 
 from ..analysis import hardness
 from ..config import Config
-from .document import Findings, Heading, Picture, Table
+from .document import NOTHING, Findings, Heading, Picture, Table
 from .drawing import SINTERED, UNSINTERED, save
 from .evidence import Evidence, in_paper_order, opened
 
@@ -58,6 +58,8 @@ class Follows:
 
 def report(evidence: Evidence) -> Findings:
     """Curves of the indenter, all measures over pressure, lumps over hardness, and the verdict."""
+    if evidence.table.empty:
+        return NOTHING
     indented = [c for c in in_paper_order(evidence.configs) if c.indenter and evidence.is_done(c)]
     pairs = paired(evidence.table)
     depths = _by_depth(indented)

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from ..analysis.claims import NOT_RUN, Scene, Verdict, interval
+from ..analysis.claims import NOT_RUN, Count, Scene, Verdict, interval
 from ..config import Claim
 from ..store import runs, states
 from .document import Block, Heading, Picture, Section, code, listed, plain
@@ -67,7 +67,14 @@ def _told(claim: Claim, evidence: Evidence) -> list[tuple[int, str]]:
         verdict = scene.verdict(claim.name)
         return [(2 if verdict.calibrated else 0, _sentence(claim, verdict, scene, where))]
     counts = [count for v in evidence.over_scenes for count in v.counts if count.claim == claim.name]
-    return [(1, f"The numbers agree in {c.holds} of {c.scenes} other scenes.") for c in counts]
+    return [(1, _counted(count)) for count in counts]
+
+
+def _counted(count: Count) -> str:
+    """In how many scenes the numbers agree with a claim."""
+    if not count.scenes:
+        return f"**{NOT_RUN}** in all other scenes."
+    return f"The numbers agree in {count.holds} of {count.scenes} other scenes."
 
 
 def _sentence(claim: Claim, verdict: Verdict, scene: Scene, where: str) -> str:
@@ -81,8 +88,9 @@ def _sentence(claim: Claim, verdict: Verdict, scene: Scene, where: str) -> str:
         change = "change from " if claim.test == "rises" else ""
         number = f"{change}{verdict.effect_of}: {interval(verdict.effect)}"
     way = "" if verdict.way == "agree" else "; the numbers disagree"
+    measure = "mass in lumps" if claim.measure == "lump_fraction" else claim.measure.replace("_", " ")
     beside = verdict.shown.removeprefix(verdict.word)
-    return f"**{verdict.word}**{beside}, {at}: mass in lumps {plain(number)}, {seeds}{way}."
+    return f"**{verdict.word}**{beside}, {at}: {measure} {plain(number)}, {seeds}{way}."
 
 
 def _without(section: Section, picture: Picture | None) -> Section:

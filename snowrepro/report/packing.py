@@ -21,24 +21,10 @@ def packed(values: np.ndarray) -> str:
     return base64.b64encode(zlib.compress(np.ascontiguousarray(values).tobytes(), 9)).decode("ascii")
 
 
-def unpacked(text: str, kind: type = np.int32) -> np.ndarray:
-    """The numbers that ``packed`` was given, in a row; ``kind``: np.uint8 for bytes, else np.int32."""
-    planes = np.frombuffer(zlib.decompress(base64.b64decode(text)), np.uint8)
-    if kind is np.uint8:
-        return planes
-    zigzag = np.ascontiguousarray(planes.reshape(4, -1).T).view("<u4").ravel().astype(np.int64)
-    return ((zigzag >> 1) ^ -(zigzag & 1)).astype(np.int32)
-
-
 def differences(values: np.ndarray, axis: int = 0) -> np.ndarray:
     """Each number less the one before along ``axis``, the first as it is; bytes (uint8) wrap around."""
     first = np.take(values, [0], axis)
     return np.concatenate([first, np.diff(values, axis=axis)], axis=axis)
-
-
-def sums(values: np.ndarray, axis: int = 0) -> np.ndarray:
-    """What ``differences`` was given."""
-    return np.cumsum(values, axis=axis, dtype=values.dtype)
 
 
 def levels(values: np.ndarray, low: float, high: float, count: int) -> np.ndarray:

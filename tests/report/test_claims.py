@@ -175,3 +175,11 @@ def test_a_ladder_of_the_calibration_is_calibrated(tmp_path):
     verdicts = {v.claim: v for v in scene.verdicts}
     assert verdicts["C1"].shown == "REPRODUCED (by calibration, no test)"
     assert verdicts["C4"].word == verdicts["C5"].word == "NOT RUN"
+
+
+def test_a_grid_without_runs_claims_nothing(judged):
+    """No scene counts for a claim or against it, and the first lines say so."""
+    report, _ = judged(*GRID, lumps=lambda _: None)
+    first = (report.evidence.folder / "index.md").read_text().split("![")[0]
+    assert first.count("**NOT RUN** in all other scenes.") == 5
+    assert "0 of 18 runs" not in first and "0 of 108 runs are done; **108 pending**" in first

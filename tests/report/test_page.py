@@ -267,3 +267,17 @@ def test_snow_that_pressing_left_alike_has_one_rank():
     same = pd.Series(1000.0 + 1e-4 * np.arange(6))
     assert np.isnan(hardness.follows(pd.Series(np.arange(6.0)), same).rho)
     assert hardness.follows(pd.Series(np.arange(6.0)), 10.0 ** pd.Series(np.arange(6.0))).rho == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    "experiment",
+    ["fig4", "fig5", "table2", "grid", "laws", "calibration", "readings", "convergence", "energy", "hardness"],
+)
+def test_no_result_at_all_is_a_report_too(tmp_path, experiment):
+    """Where every run failed or none was made, the page says so and names each."""
+    plan = make_plan([f"experiment={experiment}", f"store={tmp_path}/runs", f"reports={tmp_path}/reports"], True)
+    folder = reported(plan.configs, plan.overrides).evidence.folder
+    page = (folder / "index.md").read_text()
+    assert f"0 of {len(plan.configs)} runs are done" in page
+    assert page.count("**missing** (pending)") == len(plan.configs)
+    assert "REPRODUCED**" not in page and "CONTRADICTED**" not in page

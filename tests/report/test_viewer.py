@@ -1,6 +1,8 @@
 """What the viewer is given: numbers that come back, nothing that breaks a page, no more than there is room for."""
 
+import base64
 import json
+import zlib
 from dataclasses import replace
 
 import numpy as np
@@ -13,12 +15,26 @@ from snowrepro.analysis.classify import classify
 from snowrepro.composition import compose
 from snowrepro.report import viewer
 from snowrepro.report.embedded import FIELDS, embed
-from snowrepro.report.packing import differences, levels, packed, sums, unpacked
+from snowrepro.report.packing import differences, levels, packed
 from snowrepro.store import runs
 from tests.conftest import SMALL
 from tests.report import small_runs
 
 ROOM = 10**7  # enough for all
+
+
+def unpacked(text: str, kind: type = np.int32) -> np.ndarray:
+    """The numbers that ``packed`` was given, in a row; ``kind``: np.uint8 for bytes, else np.int32."""
+    planes = np.frombuffer(zlib.decompress(base64.b64decode(text)), np.uint8)
+    if kind is np.uint8:
+        return planes
+    zigzag = np.ascontiguousarray(planes.reshape(4, -1).T).view("<u4").ravel().astype(np.int64)
+    return ((zigzag >> 1) ^ -(zigzag & 1)).astype(np.int32)
+
+
+def sums(values: np.ndarray, axis: int = 0) -> np.ndarray:
+    """What ``differences`` was given."""
+    return np.cumsum(values, axis=axis, dtype=values.dtype)
 
 
 @pytest.fixture(scope="module")
