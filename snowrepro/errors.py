@@ -7,8 +7,10 @@ class ExitCode(IntEnum):
     """Exit codes of ``snowrepro``."""
 
     FINE = 0
+    REGRESSED = 1  # what was measured is not what it was, or contradicts what it should show
     USAGE = 2
     RUNS_FAILED = 3
+    INCOMPLETE = 4  # nothing was measured, or not all that was asked for
     INTERRUPTED = 130
 
 
