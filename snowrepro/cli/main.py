@@ -12,6 +12,37 @@ from ..errors import ExitCode, SnowreproError
 
 DEFAULT_SEEDS = 3  # of claims
 EXITS = "exit codes: 0 fine, 2 bad input (config, folder), 3 runs failed, 130 interrupted"
+CHECK_HELP = """\
+Does the program still give what it gave, and what it promises?
+
+  tier 0  invariances: same bits twice, after a restart, mirrored, in other units, ...; needs no reference
+  tier 1  fingerprints: the bits of short runs; other bits, or a platform without a fingerprint, go on to tier 2
+  tier 2  short horizon: the same numbers, within what rounding was measured to do
+  tier 3  ensemble: Figures 5 and 6, coarse, several seeds, pair by pair beside the reference's
+  tier 4  the paper's claims: the same verdicts
+
+Writes check.json, check.xml (JUnit) and check.md (for a pull request).  What was computed is kept: stopped, the same
+command goes on.
+
+examples:
+  snowrepro check                       all tiers, at a size for continuous integration
+  snowrepro check --tier 0,1,2          a minute or two
+  snowrepro check --full                more seeds, the paper's fidelity, every scene
+  snowrepro check --mutants             do the tiers notice defects, and leave harmless changes alone?
+
+exit codes: 0 fine, 1 regressed or contradicted, 2 bad input, 3 runs failed, 4 incomplete or nothing measured,
+130 interrupted
+"""
+BLESS_HELP = f"""\
+Makes the references of 'snowrepro check' anew with this code, shows what changes, and keeps a log of it.  Refuses code
+that differs from the clone's last commit.
+
+examples:
+  snowrepro bless --reason "Eq. 9 weighs an update by its time, see the log of that commit"
+  snowrepro bless --tier 1 --reason "fingerprints of macOS on arm64"
+
+{EXITS}
+"""
 RUN_HELP = f"""\
 A run or sweep that was stopped in whatever way goes on where it was; what is done is not done again.  Several
 calls at once, on one machine or many, share the work.  seeds=N is short for seed=0,..,N-1.
@@ -152,7 +183,7 @@ def _parser() -> argparse.ArgumentParser:
         prog="snowrepro", description='Reproduce "Snow Simulation Considering Pressure Sintering".'
     )
     commands = parser.add_subparsers(required=True, metavar="command")
-    for add in (_add_sweeps, _add_reports, _add_stored, _add_looking):
+    for add in (_add_sweeps, _add_reports, _add_checks, _add_stored, _add_looking):
         add(commands)
     return parser
 
@@ -224,6 +255,44 @@ def _add_reports(commands: argparse._SubParsersAction) -> None:
     report.add_argument("--against-store", metavar="FOLDER", help="where the runs of B are (default: the same store)")
     report.add_argument(
         "overrides", nargs="*", help="experiment or name of a remembered sweep (default: the paper); overrides"
+    )
+
+
+def _add_checks(commands: argparse._SubParsersAction) -> None:
+    """Commands on whether results are what they were."""
+    tiers = "only these tiers, such as 0,1 (default: all)"
+
+    check = _add(commands, "check", "checks.check_command", "are results what they were, and as promised?", CHECK_HELP)
+    check.add_argument("--tier", action="append", metavar="N", help=tiers)
+    check.add_argument("--full", action="store_true", help="more seeds, the paper's fidelity, every scene")
+    check.add_argument("--workers", type=int, default=0, metavar="N", help="processes at a time (default: all cores)")
+    check.add_argument(
+        "--mutants",
+        action="store_true",
+        help="show deliberate defects and harmless changes of the program to the tiers",
+    )
+    check.add_argument(
+        "--mutants-out", type=Path, default=Path("reports/mutants"), metavar="FOLDER",
+        help="of the table of what was noticed (default: %(default)s)",
+    )  # fmt: skip
+    check.add_argument(
+        "--out", type=Path, default=Path("reports/check"), metavar="FOLDER", help="of the files (default: %(default)s)"
+    )
+    _add_baseline(check)
+
+    bless = _add(commands, "bless", "checks.bless_command", "renew the references of check", BLESS_HELP)
+    bless.add_argument("--reason", metavar="TEXT", help="why they change; goes into the log")
+    bless.add_argument("--tier", action="append", metavar="N", help=tiers)
+    _add_baseline(bless)
+
+
+def _add_baseline(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--baseline", type=Path, default=Path("reports/baseline"), metavar="FOLDER",
+        help="that keeps the references (default: %(default)s)",
+    )  # fmt: skip
+    command.add_argument(
+        "--store", default="check-runs", metavar="FOLDER", help="that keeps the runs (default: %(default)s)"
     )
 
 

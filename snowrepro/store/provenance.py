@@ -11,6 +11,7 @@ from pathlib import Path
 
 PACKAGES = ("snowrepro", "taichi", "numpy", "scipy", "xarray", "netCDF4", "hydra-core")
 NUMERICAL = ("taichi", "numpy", "scipy", "shapely")  # those that compute
+CLONE = Path(__file__).resolve().parents[2]  # if this code is in one
 # What of a clone a result depends on: reports and documents may change.
 SOURCES = ("snowrepro", "hydra_plugins", "conf", "experiments", "pyproject.toml", "requirements.lock")
 
@@ -56,13 +57,24 @@ def _version(package: str) -> str:
         return "unknown"
 
 
+def git_changes(with_new: bool = False) -> list[str] | None:
+    """The files of code and options that differ from the clone's last commit; None where this is no clone.
+
+    ``with_new``: also those that git does not know.
+    """
+    if not (CLONE / ".git").exists():
+        return None
+    new = "--untracked-files=all" if with_new else "--untracked-files=no"
+    status = _output(["git", "-C", str(CLONE), "status", "--porcelain", new, "--", *SOURCES])
+    return [line.split(maxsplit=1)[1] for line in status.splitlines()]
+
+
 def _git_state() -> str:
     """Commit of the clone that this code runs from, with "modified" where code or options differ from it."""
-    here = Path(__file__).resolve().parents[2]
-    if not (here / ".git").exists():
+    changed = git_changes()
+    if changed is None:
         return "unknown"
-    commit = _output(["git", "-C", str(here), "rev-parse", "HEAD"])
-    changed = _output(["git", "-C", str(here), "status", "--porcelain", "--untracked-files=no", "--", *SOURCES])
+    commit = _output(["git", "-C", str(CLONE), "rev-parse", "HEAD"])
     return (commit or "unknown") + (" modified" if changed else "")
 
 

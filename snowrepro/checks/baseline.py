@@ -1,0 +1,103 @@
+"""The references that a check compares with: small files in one folder, renewed by ``bless`` alone.
+
+``origin.json``     by part: the reason it was renewed for, when, by which code, versions and machine, under which model
+``fingerprints.json``  tier 1: digests by platform, case, frame and quantity
+``horizon.csv``     tier 2: numbers with their tolerances
+``ensemble.csv``    tier 3: the measures of every run, of the twins too
+``verdicts.csv``    tier 4: the verdicts
+``log.md``          what each renewal changed, the last first
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from ..config import MODEL_VERSION
+from ..errors import StoreError
+from ..store.files import published, read_json, write_json
+from ..store.provenance import provenance
+
+FOLDER = Path("reports/baseline")
+ORIGIN, PRINTS, LOG = "origin.json", "fingerprints.json", "log.md"
+PARTS = {1: "fingerprints", 2: "horizon", 3: "ensemble", 4: "verdicts"}
+TABLES = ("horizon", "ensemble", "verdicts")
+TITLE = "# What the references were renewed for\n"
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """What the folder holds; empty parts where it lacks one, or has one of another model."""
+
+    folder: Path
+    origin: Mapping[str, Any] = field(default_factory=dict)
+    platforms: Mapping[str, Any] = field(default_factory=dict)
+    tables: Mapping[str, pd.DataFrame] = field(default_factory=dict)
+
+    def table(self, part: str) -> pd.DataFrame:
+        """One of TABLES; empty if there is none."""
+        return self.tables.get(part, pd.DataFrame())
+
+    def flaw(self, tier: int) -> str:
+        """Why a tier has nothing to compare with; empty if it has."""
+        part = PARTS[tier]
+        model = self.origin.get(part, {}).get("model_version")
+        if model is None:
+            return f"no reference in {self.folder}: snowrepro bless makes one"
+        if model != MODEL_VERSION:
+            return f"the reference is of model version {model}, this is {MODEL_VERSION}: snowrepro bless renews it"
+        return ""
+
+
+def read(folder: Path) -> Baseline:
+    """The references in a folder.  Raises StoreError where a file is there and broken."""
+    origin = read_json(folder / ORIGIN)
+    if (folder / ORIGIN).exists() and not origin:
+        raise StoreError(f"{folder / ORIGIN} cannot be read: git restores it, or snowrepro bless makes it anew")
+    prints = read_json(folder / PRINTS).get("platforms", {})
+    tables = {}
+    for part in TABLES:
+        path = folder / f"{part}.csv"
+        if path.exists():
+            try:
+                tables[part] = pd.read_csv(path, keep_default_na=False, na_values=[""], float_precision="round_trip")
+            except (OSError, ValueError) as error:
+                raise StoreError(f"{path} cannot be read: {error}") from error
+    return Baseline(folder, origin, prints, tables)
+
+
+def write(
+    baseline: Baseline,
+    reason: str,
+    platforms: Mapping[str, Any] | None,
+    tables: Mapping[str, pd.DataFrame],
+    changes: Mapping[str, Sequence[str]],
+) -> None:
+    """Renew some parts: their files first, then where they come from, then the log."""
+    folder = baseline.folder
+    if platforms is not None:
+        write_json(folder / PRINTS, {"platforms": platforms})
+    for part, table in tables.items():
+        with published(folder / f"{part}.csv") as partial:
+            table.to_csv(partial, index=False, lineterminator="\n")
+    said = {"reason": reason, "model_version": MODEL_VERSION, **provenance()}
+    renewed = [*(["fingerprints"] if platforms is not None else []), *tables]
+    write_json(folder / ORIGIN, {**baseline.origin, **{part: said for part in renewed}})
+    _log(folder / LOG, said, changes)
+
+
+def _log(path: Path, said: Mapping[str, Any], changes: Mapping[str, Sequence[str]]) -> None:
+    """Put an entry on top of the log."""
+    before = path.read_text("utf-8").removeprefix(TITLE) if path.exists() else ""
+    lines = [
+        f"## {said['created'][:10]}: {said['reason']}",
+        "",
+        f"{said['git_state']}; {said['versions']}; {said['machine']}",
+        "",
+    ]
+    for part, told in changes.items():
+        lines += [f"- {part}: {line}" for line in told]
+    with published(path) as partial:
+        partial.write_text(f"{TITLE}\n" + "\n".join(lines) + f"\n{before}", encoding="utf-8")

@@ -1,0 +1,115 @@
+"""Renew the references, for a reason, from code that git knows."""
+
+from collections.abc import Collection, Iterator
+from pathlib import Path
+
+import pandas as pd
+
+from ..errors import ConfigError, RunsFailed
+from ..store.provenance import environment, git_changes
+from . import baseline, cases, ensemble, fingerprints, horizon, verdicts
+from .baseline import Baseline
+from .check import PAPER_SEEDS
+
+LEAST_LETTERS = 10  # of a reason
+
+
+def bless(folder: Path, store: str, reason: str, tiers: Collection[int]) -> Iterator[str]:
+    """Renew the references of some tiers; yields what changes, part by part, as it is found.
+
+    Nothing is written before all of it is there.  Raises ConfigError without a reason or where the code is not as git
+    has it, RunsFailed where a run of the references has no result.
+    """
+    require_reason(reason)
+    require_clean()
+    kept = baseline.read(folder)
+    platforms, tables, changes = None, {}, {}
+    if 1 in tiers or 2 in tiers:
+        prints, numbers = _short_runs(2 in tiers)
+        if 1 in tiers:
+            platforms, changes["fingerprints"] = _with_prints(kept, prints)
+        if 2 in tiers:
+            tables["horizon"] = numbers
+            changes["horizon"] = horizon.changes(kept.table("horizon"), numbers)
+        yield from _told(changes, "fingerprints", "horizon")
+    if 3 in tiers:
+        tables["ensemble"] = pd.concat([_members(name, store) for name in ensemble.EXPERIMENTS], ignore_index=True)
+        changes["ensemble"] = ensemble.changes(kept.table("ensemble"), tables["ensemble"])
+        yield from _told(changes, "ensemble")
+    if 4 in tiers:
+        tables["verdicts"] = pd.concat([*_verdicts(store)], ignore_index=True)
+        changes["verdicts"] = verdicts.changes(kept.table("verdicts"), tables["verdicts"])
+        yield from _told(changes, "verdicts")
+    baseline.write(kept, reason, platforms, tables, changes)
+
+
+def require_reason(reason: str) -> None:
+    """Raises ConfigError where a reason says nothing."""
+    if len(reason.strip()) < LEAST_LETTERS:
+        raise ConfigError(f'a reference is renewed for a reason of at least {LEAST_LETTERS} letters: --reason "..."')
+
+
+def require_clean() -> None:
+    """Raises ConfigError where the code is in no clone, or not as its last commit has it."""
+    changed = git_changes(with_new=True)
+    if changed is None:
+        raise ConfigError("references are made by code that git knows: this is no clone")
+    if changed:
+        raise ConfigError(f"references are made by code that git knows; commit first: {', '.join(changed[:5])}")
+
+
+def _short_runs(with_twins: bool) -> tuple[dict[str, fingerprints.Prints], pd.DataFrame]:
+    prints, numbers = {}, []
+    for case, config in cases.configs().items():
+        states = cases.observe(config)
+        prints[case] = fingerprints.take(states)
+        if with_twins:
+            numbers.append(horizon.reference(case, config, states))
+    return prints, pd.concat(numbers, ignore_index=True) if numbers else pd.DataFrame()
+
+
+def _with_prints(kept: Baseline, prints: dict[str, fingerprints.Prints]) -> tuple[dict, list[str]]:
+    """All platforms' fingerprints, those of this one renewed.
+
+    Where bits moved here they did elsewhere: what the other platforms had is gone.
+    """
+    here, processor = fingerprints.platform_key(), environment()["processor"]
+    before = kept.platforms.get(here, {}).get("cases", {})
+    moved = [case for case in prints if case in before and prints[case] != before[case]]
+    others = {} if moved else {key: told for key, told in kept.platforms.items() if key != here}
+    told = [f"{here}: {', '.join(moved)} moved" if moved else f"{here}: {'the same bits' if before else 'new'}"]
+    gone = [key for key in kept.platforms if key != here and key not in others]
+    told += [f"{key}: gone, to be taken there again" for key in gone]
+    return {**others, here: {"processor": processor, "cases": prints}}, told
+
+
+def _members(experiment: str, store: str) -> pd.DataFrame:
+    """The runs of an ensemble and their twins."""
+    plan = ensemble.run(ensemble.overrides(experiment, store, ensemble.SEEDS, twins=True))
+    _require_results(plan)
+    return ensemble.table(experiment, plan)
+
+
+def _verdicts(store: str) -> Iterator[pd.DataFrame]:
+    """The verdicts that a check, and a full check, compare with."""
+    for experiment in ensemble.EXPERIMENTS:
+        sizes = ((ensemble.FEW_SEEDS, "preview"), (ensemble.SEEDS, "preview"), (PAPER_SEEDS, "paper"))
+        for seeds, fidelity in sizes:
+            plan = ensemble.run(ensemble.overrides(experiment, store, seeds, fidelity=fidelity))
+            _require_results(plan)
+            yield verdicts.table(experiment, plan)
+    plan = ensemble.run(ensemble.overrides("grid", store, 1))
+    _require_results(plan)
+    yield verdicts.table("grid", plan)
+
+
+def _require_results(plan) -> None:
+    failed = ensemble.lost(plan.configs)
+    if failed:
+        raise RunsFailed(
+            f"{len(failed)} of {len(plan.configs)} runs have no result, so there is no reference: {failed[0]}"
+        )
+
+
+def _told(changes: dict[str, list[str]], *parts: str) -> Iterator[str]:
+    yield from (f"{part}: {line}" for part in parts for line in changes.get(part, ()))

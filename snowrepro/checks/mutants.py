@@ -1,0 +1,248 @@
+"""Do the checks notice?  Deliberate defects and harmless changes, each tried on a copy of the program.
+
+``mutants.yaml`` lists them; a defect names the tier that must notice it.
+"""
+
+import hashlib
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import yaml
+
+from ..composition import CONF_DIR
+from ..errors import ConfigError, ExitCode
+from ..report import markdown
+from ..report.document import Document, Section, Table, plain
+from ..store.files import published, read_json, write_json
+from .finding import MOVED, NOT_MEASURED, OK, TIERS, Finding
+from .outputs import FILES
+
+LIST = Path(__file__).with_name("mutants.yaml")
+PACKAGE = Path(__file__).resolve().parents[1]
+PLUGINS = PACKAGE.parent / "hydra_plugins"
+MOST_SECONDS = 3600.0
+SHORT_TIERS = (0, 1, 2)  # every defect is shown to these
+NOT_CODE = shutil.ignore_patterns("__pycache__", "conf")
+
+
+@dataclass(frozen=True)
+class Edit:
+    """One text replaced in one file of the package or of conf/."""
+
+    file: str
+    old: str
+    new: str
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """A change of the program.  ``tier``: that must notice it; None: it is harmless."""
+
+    name: str
+    tier: int | None
+    edits: tuple[Edit, ...]
+
+    @property
+    def is_defect(self) -> bool:
+        """Whether it has to be noticed."""
+        return self.tier is not None
+
+    def tiers(self, full: bool) -> list[int]:
+        """Those that it is shown to: harmless changes to all."""
+        if full or self.tier is None:
+            return list(TIERS)
+        return [*SHORT_TIERS] if self.tier in SHORT_TIERS else [self.tier]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What the checks made of a mutant; ``problem``: why they could not be asked."""
+
+    mutant: Mutant
+    findings: tuple[Finding, ...] = ()
+    problem: str = ""
+
+    @property
+    def is_right(self) -> bool:
+        """A defect is noticed by its tier; a harmless change by none."""
+        if self.problem:
+            return False
+        caught = {found.tier for found in self.findings if found.is_caught}
+        if self.mutant.is_defect:
+            return self.mutant.tier in caught
+        return not caught and not any(found.state == NOT_MEASURED for found in self.findings)
+
+    @property
+    def verdict(self) -> str:
+        """In a word or two."""
+        if self.problem:
+            return "NOT TRIED"
+        if self.mutant.is_defect:
+            return "caught" if self.is_right else "MISSED"
+        return "left alone" if self.is_right else "FLAGGED"
+
+    def tier(self, number: int) -> str:
+        """What a tier said, in a few words."""
+        own = [found for found in self.findings if found.tier == number]
+        if not own:
+            return "-"
+        caught = [found for found in own if found.is_caught]
+        if caught:
+            names = ", ".join(plain(found.name) for found in caught[:2]) + (", ..." if len(caught) > 2 else "")
+            return f"**{len(caught)} of {len(own)}**: {names}"
+        states = {found.state for found in own}
+        return next((state for state in (NOT_MEASURED, MOVED, OK) if state in states), OK)
+
+
+def read_list(path: Path = LIST) -> list[Mutant]:
+    """The mutants, defects first as they are listed.  Raises ConfigError where two have one name."""
+    mutants = []
+    for entry in yaml.safe_load(path.read_text("utf-8")):
+        edits = [Edit(part["file"], part["old"], part["new"]) for part in (entry, entry.get("also")) if part]
+        mutants.append(Mutant(entry["name"], entry.get("tier"), tuple(edits)))
+    if len({mutant.name for mutant in mutants}) < len(mutants):
+        raise ConfigError(f"two mutants in {path} have the same name")
+    return mutants
+
+
+def copy_of_program(mutant: Mutant, folder: Path) -> None:
+    """The package, options and plug-ins in ``folder``, changed.  Raises ConfigError where a text is not there once."""
+    shutil.copytree(PACKAGE, folder / "snowrepro", ignore=NOT_CODE)
+    shutil.copytree(CONF_DIR, folder / "conf")
+    shutil.copytree(PLUGINS, folder / "hydra_plugins", ignore=NOT_CODE)
+    for edit in mutant.edits:
+        path = folder / edit.file if edit.file.startswith("conf/") else folder / "snowrepro" / edit.file
+        text = path.read_text("utf-8")
+        if text.count(edit.old) != 1:
+            raise ConfigError(f"'{edit.old}' stands {text.count(edit.old)} times in {edit.file}, and should once")
+        path.write_text(text.replace(edit.old, edit.new), encoding="utf-8")
+
+
+def try_all(mutants: Sequence[Mutant], baseline: Path, kept: Path, full: bool, workers: int) -> Iterator[Trial]:
+    """Try the mutants, several at once, as they end; those that were tried before on this code are not tried again.
+
+    ``baseline``: the references; ``kept``: a folder that keeps what was found.
+    """
+    with ThreadPoolExecutor(workers) as pool:
+        waiting = [pool.submit(_try, mutant, baseline, kept, full) for mutant in mutants]
+        try:
+            for done in as_completed(waiting):
+                yield done.result()
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _try(mutant: Mutant, baseline: Path, kept: Path, full: bool) -> Trial:
+    memory = kept / f"{_key(mutant, baseline, full)}.json"
+    known = read_json(memory)
+    if known:
+        return Trial(mutant, tuple(Finding(**found) for found in known["findings"]))
+    with tempfile.TemporaryDirectory(prefix="mutant-") as name:
+        folder = Path(name)
+        try:
+            copy_of_program(mutant, folder)
+        except (ConfigError, OSError) as error:
+            return Trial(mutant, problem=str(error))
+        found, problem = _check(folder, mutant.tiers(full), baseline)
+    if not problem:
+        write_json(memory, {"mutant": asdict(mutant), "findings": [asdict(f) for f in found]})
+    return Trial(mutant, found, problem)
+
+
+def _check(folder: Path, tiers: Sequence[int], baseline: Path) -> tuple[tuple[Finding, ...], str]:
+    """What the changed program's own check says; and why it says nothing, if so."""
+    command = [
+        sys.executable, "-m", "snowrepro", "check", "--tier", ",".join(map(str, tiers)), "--workers", "1",
+        "--baseline", str(baseline.resolve()), "--store", str(folder / "runs"), "--out", str(folder / "out"),
+    ]  # fmt: skip
+    try:
+        ended = subprocess.run(
+            command, cwd=folder, capture_output=True, text=True, timeout=MOST_SECONDS,
+            env={**os.environ, "PYTHONPATH": str(folder)},
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        return (), f"not done after {MOST_SECONDS:.0f} s"
+    record = read_json(folder / "out" / FILES[0])
+    if not record.get("finished"):
+        last = (ended.stderr.strip().splitlines() or ["no message"])[-1]
+        return (), f"the check itself ended with {ended.returncode}: {last}"
+    return tuple(Finding(**found) for found in record["findings"]), ""
+
+
+def _key(mutant: Mutant, baseline: Path, full: bool) -> str:
+    """What a trial depends on: the change, the program, the references."""
+    digest = hashlib.sha256(json.dumps([asdict(mutant), mutant.tiers(full)]).encode())
+    for folder, pattern in ((PACKAGE, "**/*.py"), (CONF_DIR, "**/*.yaml"), (baseline, "*.csv"), (baseline, "*.json")):
+        for path in sorted(folder.glob(pattern)):
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def counts(trials: Sequence[Trial]) -> str:
+    """All trials in a line."""
+    defects = [trial for trial in trials if trial.mutant.is_defect]
+    harmless = [trial for trial in trials if not trial.mutant.is_defect]
+    flagged = sum(not trial.is_right for trial in harmless)
+    return (
+        f"{sum(trial.is_right for trial in defects)} of {len(defects)} defects caught by their tier, "
+        f"{flagged} of {len(harmless)} harmless changes flagged"
+    )
+
+
+def exit_code(trials: Sequence[Trial]) -> ExitCode:
+    """Incomplete where a mutant could not be tried; regressed where a defect was missed or harmless code flagged."""
+    if any(not trial.is_right and not trial.problem for trial in trials):
+        return ExitCode.REGRESSED
+    return ExitCode.INCOMPLETE if any(trial.problem for trial in trials) else ExitCode.FINE
+
+
+def text(trials: Sequence[Trial]) -> list[str]:
+    """What was not as it should be, and the counts, for a screen."""
+    wrong = [trial for trial in trials if not trial.is_right]
+    return [*(f"{trial.verdict}: {trial.mutant.name} {trial.problem}" for trial in wrong), counts(trials)]
+
+
+def table(trials: Sequence[Trial]) -> pd.DataFrame:
+    """A row a mutant, as they are listed."""
+    order = [mutant.name for mutant in read_list()]
+    rows = sorted(trials, key=lambda trial: order.index(trial.mutant.name))
+    return pd.DataFrame(
+        [
+            {
+                "change": plain(trial.mutant.name),
+                "must be noticed by": f"tier {trial.mutant.tier}" if trial.mutant.is_defect else "none",
+                "": trial.verdict if trial.is_right else f"**{trial.verdict}** {plain(trial.problem)}".strip(),
+                **{f"tier {number}": trial.tier(number) for number in TIERS},
+            }
+            for trial in rows
+        ]
+    )
+
+
+def write(trials: Sequence[Trial], about: Mapping[str, Any], folder: Path) -> None:
+    """Write index.md and mutants.json, which holds every finding.  Raises StoreError."""
+    told = [
+        f"{counts(trials)}.",
+        "A defect is shown to tiers 0 to 2, or to its own tier if that is later; a harmless change to all. *moved*: "
+        "other bits, handed on to tier 2, which decides; **n of m**: so many of the tier's checks failed. A dash: not "
+        "asked.",
+        Table(table(trials), "All findings with their figures are in mutants.json."),
+        "  \n".join(f"{name}: {plain(value)}" for name, value in about.items()),
+    ]
+    redo = "snowrepro check --mutants"
+    markdown.write(Document("What the checks notice", [Section("mutants", "", told, redo=redo)]), folder / "index.md")
+    record = [
+        {"mutant": asdict(t.mutant), "verdict": t.verdict, "findings": [asdict(f) for f in t.findings]} for t in trials
+    ]
+    with published(folder / "mutants.json") as partial:
+        partial.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
