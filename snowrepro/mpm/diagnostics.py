@@ -113,7 +113,10 @@ def measure(frame: Frame, config: Config, before: Mapping[str, float] | None) ->
     row |= _works(frame.totals, row, start, gravity)
     row["damping_work"] -= before["kinetic_energy"] - start["kinetic_energy"]
     change = sum(row[name] - before[name] for name in ("kinetic_energy", "elastic_energy"))
-    row["unclosed_energy"] = change - sum(row[name] for name in WORKS)
+    explained = 0.0
+    for name in WORKS:  # sum() rounds otherwise from Python 3.12 on
+        explained += row[name]
+    row["unclosed_energy"] = change - explained
     steady = (mass @ frame.read("force") - [0.0, gravity * row["total_mass"]]) * config.loading.frame_time
     for axis, given in zip("xy", steady, strict=True):
         change = row[f"momentum_{axis}"] - start[f"momentum_{axis}"]

@@ -1,5 +1,6 @@
 """The clusters, started once for all tests of a process, and what a test needs to use one."""
 
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,6 +36,8 @@ def ray() -> Iterator[Cluster]:
     """Ray with two nodes of one processor each."""
     pytest.importorskip("hydra_plugins.hydra_ray_launcher", reason="pip install 'snowrepro[ray]'")
     pytest.importorskip("ray", reason="pip install 'snowrepro[ray]'")
+    if sys.platform != "linux":
+        pytest.skip(f"Ray's two nodes listen on {RAY_LOOPBACK}, which Linux alone has from the start")
     with ray_cluster(str(ROOT)) as (address, env):
         init = "hydra.launcher.ray.init"
         overrides = (f"{init}.address={address}", f"+{init}._node_ip_address={RAY_LOOPBACK}")
