@@ -2,7 +2,7 @@
 
 import dataclasses
 import time
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,7 +20,7 @@ class Asked:
 
     ``baseline``: folder of the references; ``store``: for the runs of tiers 3 and 4, done again where code or
     environment changed, ``workers`` at a time (0: as many as cores).  ``full``: more seeds, the paper's fidelity, and
-    all scenes.
+    all scenes.  ``experiments``: that tiers 3 and 4 look at.
     """
 
     baseline: Path
@@ -28,6 +28,7 @@ class Asked:
     tiers: Collection[int] = tuple(TIERS)
     full: bool = False
     workers: int = 0
+    experiments: Sequence[str] = ensemble.EXPERIMENTS
 
     def runs(self, experiment: str, seeds: int, fidelity: str = ensemble.FIDELITY) -> list[str]:
         """The overrides that ask for an experiment's runs."""
@@ -92,10 +93,10 @@ def _figures(asked: Asked, kept: Baseline) -> Iterator[Finding]:
             yield Finding(tier, TIERS[tier], NOT_MEASURED, flaw)
     tiers = [tier for tier in wanted if not kept.flaw(tier)]
     seeds = ensemble.SEEDS if asked.full else ensemble.FEW_SEEDS
-    for experiment in ensemble.EXPERIMENTS if tiers else ():
+    for experiment in asked.experiments if tiers else ():
         yield from _figure(kept, tiers, experiment, asked.runs(experiment, seeds))
     if asked.full and 4 in tiers:
-        for experiment in ensemble.EXPERIMENTS:
+        for experiment in asked.experiments:
             yield from _figure(kept, [4], experiment, asked.runs(experiment, PAPER_SEEDS, "paper"))
         yield from _figure(kept, [4], "grid", asked.runs("grid", 1))
 

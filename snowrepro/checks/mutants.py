@@ -24,6 +24,9 @@ from ..errors import ConfigError, ExitCode
 from ..report import markdown
 from ..report.document import Document, Section, Table, plain
 from ..store.files import published, read_json, write_json
+from ..store.manifest import SOURCES
+from ..store.provenance import environment
+from . import baseline as baselines
 from .finding import MOVED, NOT_MEASURED, OK, TIERS, Finding
 from .outputs import FILES
 
@@ -31,7 +34,9 @@ LIST = Path(__file__).with_name("mutants.yaml")
 PACKAGE = Path(__file__).resolve().parents[1]
 PLUGINS = PACKAGE.parent / "hydra_plugins"
 MOST_SECONDS = 3600.0
-SHORT_TIERS = (0, 1, 2)  # every defect is shown to these
+ONLY = "fig5"  # of tiers 3 and 4
+SHORT_CODE = (*SOURCES, "checks/*.py")  # what tiers 0 to 2 look at, and what they are
+LONG_CODE = (*SHORT_CODE, "analysis/*.py", "sweep/*.py", "store/*.py", "report/evidence.py")
 NOT_CODE = shutil.ignore_patterns("__pycache__", "conf")
 
 
@@ -58,10 +63,9 @@ class Mutant:
         return self.tier is not None
 
     def tiers(self, full: bool) -> list[int]:
-        """Those that it is shown to: harmless changes to all."""
-        if full or self.tier is None:
-            return list(TIERS)
-        return [*SHORT_TIERS] if self.tier in SHORT_TIERS else [self.tier]
+        """Those that it is shown to: its own and one or two beside, a harmless change to all."""
+        beside = {0: [0, 1, 2], 1: [1, 2], 2: [1, 2], 3: [3, 4], 4: [3, 4]}
+        return list(TIERS) if full or self.tier is None else beside[self.tier]
 
 
 @dataclass(frozen=True)
@@ -128,13 +132,14 @@ def copy_of_program(mutant: Mutant, folder: Path) -> None:
         path.write_text(text.replace(edit.old, edit.new), encoding="utf-8")
 
 
-def try_all(mutants: Sequence[Mutant], baseline: Path, kept: Path, full: bool, workers: int) -> Iterator[Trial]:
+def try_all(mutants: Sequence[Mutant], baseline: Path, store: Path, full: bool, workers: int) -> Iterator[Trial]:
     """Try the mutants, several at once, as they end; those that were tried before on this code are not tried again.
 
-    ``baseline``: the references; ``kept``: a folder that keeps what was found.
+    ``baseline``: the references; ``store``: that of the unchanged program's checks, which keeps what is found, and
+    whose runs those changes share that make no other runs.
     """
     with ThreadPoolExecutor(workers) as pool:
-        waiting = [pool.submit(_try, mutant, baseline, kept, full) for mutant in mutants]
+        waiting = [pool.submit(_try, mutant, baseline, store, full) for mutant in mutants]
         try:
             for done in as_completed(waiting):
                 yield done.result()
@@ -142,27 +147,40 @@ def try_all(mutants: Sequence[Mutant], baseline: Path, kept: Path, full: bool, w
             pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _try(mutant: Mutant, baseline: Path, kept: Path, full: bool) -> Trial:
-    memory = kept / f"{_key(mutant, baseline, full)}.json"
+def _try(mutant: Mutant, baseline: Path, store: Path, full: bool) -> Trial:
+    tiers = mutant.tiers(full)
+    memory = store / "mutants" / f"{_key(mutant, baseline, tiers)}.json"
     known = read_json(memory)
     if known:
         return Trial(mutant, tuple(Finding(**found) for found in known["findings"]))
-    with tempfile.TemporaryDirectory(prefix="mutant-") as name:
-        folder = Path(name)
+    memory.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix="of-", dir=memory.parent) as name:
+        folder = Path(name).resolve()
         try:
             copy_of_program(mutant, folder)
         except (ConfigError, OSError) as error:
             return Trial(mutant, problem=str(error))
-        found, problem = _check(folder, mutant.tiers(full), baseline)
+        if 3 in tiers or 4 in tiers:
+            _share_runs(store, folder / "runs")
+        found, problem = _check(folder, tiers, baseline)
     if not problem:
         write_json(memory, {"mutant": asdict(mutant), "findings": [asdict(f) for f in found]})
     return Trial(mutant, found, problem)
 
 
+def _share_runs(store: Path, copy: Path) -> None:
+    """Link finished runs into the changed program's store; it does those again that it would make otherwise."""
+    for manifest in store.glob("*/manifest.json"):
+        target = copy / manifest.parent.name
+        target.mkdir(parents=True, exist_ok=True)
+        for path in manifest.parent.iterdir():
+            os.link(path, target / path.name)
+
+
 def _check(folder: Path, tiers: Sequence[int], baseline: Path) -> tuple[tuple[Finding, ...], str]:
     """What the changed program's own check says; and why it says nothing, if so."""
     command = [
-        sys.executable, "-m", "snowrepro", "check", "--tier", ",".join(map(str, tiers)), "--workers", "1",
+        sys.executable, "-m", "snowrepro", "check", "--tier", ",".join(map(str, tiers)), "--workers", "1", "--only", ONLY,
         "--baseline", str(baseline.resolve()), "--store", str(folder / "runs"), "--out", str(folder / "out"),
     ]  # fmt: skip
     try:
@@ -179,10 +197,13 @@ def _check(folder: Path, tiers: Sequence[int], baseline: Path) -> tuple[tuple[Fi
     return tuple(Finding(**found) for found in record["findings"]), ""
 
 
-def _key(mutant: Mutant, baseline: Path, full: bool) -> str:
-    """What a trial depends on: the change, the program, the references."""
-    digest = hashlib.sha256(json.dumps([asdict(mutant), mutant.tiers(full)]).encode())
-    for folder, pattern in ((PACKAGE, "**/*.py"), (CONF_DIR, "**/*.yaml"), (baseline, "*.csv"), (baseline, "*.json")):
+def _key(mutant: Mutant, baseline: Path, tiers: Sequence[int]) -> str:
+    """What a trial depends on: the change, the tiers, the code that they look at, their references."""
+    code = SHORT_CODE if set(tiers) <= {0, 1, 2} else LONG_CODE
+    places = [(PACKAGE, pattern) for pattern in code]
+    places += [(CONF_DIR, "*/*.yaml"), *((baseline, f"{baselines.PARTS[tier]}.*") for tier in tiers if tier)]
+    digest = hashlib.sha256(json.dumps([asdict(mutant), [*tiers], environment()]).encode())
+    for folder, pattern in places:
         for path in sorted(folder.glob(pattern)):
             digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
@@ -233,9 +254,9 @@ def write(trials: Sequence[Trial], about: Mapping[str, Any], folder: Path) -> No
     """Write index.md and mutants.json, which holds every finding.  Raises StoreError."""
     told = [
         f"{counts(trials)}.",
-        "A defect is shown to tiers 0 to 2, or to its own tier if that is later; a harmless change to all. *moved*: "
-        "other bits, handed on to tier 2, which decides; **n of m**: so many of the tier's checks failed. A dash: not "
-        "asked.",
+        "A defect is shown to its own tier and one or two beside, a harmless change to all; tiers 3 and 4 look at "
+        "Figure 5 alone. *moved*: other bits, handed on to tier 2, which decides; **n of m**: so many of the tier's "
+        "checks failed; a dash: not asked.",
         Table(table(trials), "All findings with their figures are in mutants.json."),
         "  \n".join(f"{name}: {plain(value)}" for name, value in about.items()),
     ]

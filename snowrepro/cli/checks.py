@@ -15,37 +15,37 @@ def check_command(options: argparse.Namespace) -> ExitCode:
     from ..checks.check import Asked, check
     from ..checks.finding import exit_code
 
-    tiers = read_tiers(options.tier)
-    for folder in (options.out, Path(options.store)):
+    tiers, experiments = read_tiers(options.tier), _read_experiments(options.only)
+    out = options.out or Path("reports/mutants" if options.mutants else "reports/check")
+    for folder in (out, Path(options.store)):
         require_writable(folder)
     if options.mutants:
-        return _try_mutants(options)
+        return _try_mutants(options, out)
     findings = []
-    asked = Asked(options.baseline, options.store, tiers, options.full, options.workers)
-    for found in check(asked):
+    for found in check(Asked(options.baseline, options.store, tiers, options.full, options.workers, experiments)):
         say(outputs.line(found))
         findings.append(found)
-        outputs.write(findings, _about(options), options.out, finished=False)
-    outputs.write(findings, _about(options), options.out)
+        outputs.write(findings, _about(options), out, finished=False)
+    outputs.write(findings, _about(options), out)
     print("\n".join([*outputs.text(findings), "", outputs.verdict(findings)]))
-    say(f"written: {', '.join(str(options.out / name) for name in outputs.FILES)}")
+    say(f"written: {', '.join(str(out / name) for name in outputs.FILES)}")
     return exit_code(findings)
 
 
-def _try_mutants(options: argparse.Namespace) -> ExitCode:
+def _try_mutants(options: argparse.Namespace, out: Path) -> ExitCode:
     """Show deliberate changes of the program to the tiers, and tell what was noticed."""
     from ..checks import mutants
     from ..sweep.processes import usable_cores
 
     chosen = mutants.read_list()
-    kept = Path(options.store) / "mutants"
     trials = []
-    for trial in mutants.try_all(chosen, options.baseline, kept, options.full, options.workers or usable_cores()):
+    workers = options.workers or usable_cores()
+    for trial in mutants.try_all(chosen, options.baseline, Path(options.store), options.full, workers):
         trials.append(trial)
         say(f"[{len(trials)}/{len(chosen)}] {trial.verdict}: {trial.mutant.name} {trial.problem}")
-    mutants.write(trials, _about(options), options.mutants_out)
+    mutants.write(trials, _about(options), out)
     print("\n".join(mutants.text(trials)))
-    say(f"written: {options.mutants_out}")
+    say(f"written: {out}")
     return mutants.exit_code(trials)
 
 
@@ -74,6 +74,16 @@ def read_tiers(texts: Sequence[str] | None) -> list[int]:
             told = ", ".join(f"{tier} {title}" for tier, title in TIERS.items())
             raise ConfigError(f"there is no tier '{name}'; there are: {told}")
     return sorted({int(name) for name in named}) or [*TIERS]
+
+
+def _read_experiments(texts: Sequence[str] | None) -> Sequence[str]:
+    """The experiments of tiers 3 and 4.  Raises ConfigError."""
+    from ..checks.ensemble import EXPERIMENTS
+
+    for name in texts or ():
+        if name not in EXPERIMENTS:
+            raise ConfigError(f"tiers 3 and 4 have no '{name}'; they have: {', '.join(EXPERIMENTS)}")
+    return texts or EXPERIMENTS
 
 
 def _about(options: argparse.Namespace) -> dict[str, str]:

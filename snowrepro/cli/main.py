@@ -271,13 +271,11 @@ def _add_checks(commands: argparse._SubParsersAction) -> None:
         action="store_true",
         help="show deliberate defects and harmless changes of the program to the tiers",
     )
+    check.add_argument("--only", action="append", metavar="FIGURE", help="of tiers 3 and 4: fig5 or fig6")
     check.add_argument(
-        "--mutants-out", type=Path, default=Path("reports/mutants"), metavar="FOLDER",
-        help="of the table of what was noticed (default: %(default)s)",
+        "--out", type=Path, metavar="FOLDER",
+        help="of the files that are written (default: reports/check, of --mutants reports/mutants)",
     )  # fmt: skip
-    check.add_argument(
-        "--out", type=Path, default=Path("reports/check"), metavar="FOLDER", help="of the files (default: %(default)s)"
-    )
     _add_baseline(check)
 
     bless = _add(commands, "bless", "checks.bless_command", "renew the references of check", BLESS_HELP)
