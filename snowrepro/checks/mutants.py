@@ -34,9 +34,11 @@ LIST = Path(__file__).with_name("mutants.yaml")
 PACKAGE = Path(__file__).resolve().parents[1]
 PLUGINS = PACKAGE.parent / "hydra_plugins"
 MOST_SECONDS = 3600.0
+FINDINGS = "findings.csv"
 ONLY = "fig5"  # of tiers 3 and 4
-SHORT_CODE = (*SOURCES, "checks/*.py")  # what tiers 0 to 2 look at, and what they are
-LONG_CODE = (*SHORT_CODE, "analysis/*.py", "sweep/*.py", "store/*.py", "report/evidence.py")
+# What tiers 0 to 2 look at and are made of; what the others do beside.
+SHORT_CODE = (*SOURCES, *(f"checks/{name}.py" for name in ("cases", "check", "fingerprints", "horizon", "invariances")))
+LONG_CODE = (*SHORT_CODE, "checks/ensemble.py", "checks/verdicts.py", "analysis/*.py", "sweep/*.py", "store/*.py")
 NOT_CODE = shutil.ignore_patterns("__pycache__", "conf")
 
 
@@ -179,10 +181,11 @@ def _share_runs(store: Path, copy: Path) -> None:
 
 def _check(folder: Path, tiers: Sequence[int], baseline: Path) -> tuple[tuple[Finding, ...], str]:
     """What the changed program's own check says; and why it says nothing, if so."""
-    command = [
-        sys.executable, "-m", "snowrepro", "check", "--tier", ",".join(map(str, tiers)), "--workers", "1", "--only", ONLY,
-        "--baseline", str(baseline.resolve()), "--store", str(folder / "runs"), "--out", str(folder / "out"),
-    ]  # fmt: skip
+    options = {
+        "--tier": ",".join(map(str, tiers)), "--only": ONLY, "--workers": 1, "--baseline": baseline.resolve(),
+        "--store": folder / "runs", "--out": folder / "out",
+    }  # fmt: skip
+    command = [sys.executable, "-m", "snowrepro", "check", *(str(word) for pair in options.items() for word in pair)]
     try:
         ended = subprocess.run(
             command, cwd=folder, capture_output=True, text=True, timeout=MOST_SECONDS,
@@ -235,8 +238,6 @@ def text(trials: Sequence[Trial]) -> list[str]:
 
 def table(trials: Sequence[Trial]) -> pd.DataFrame:
     """A row a mutant, as they are listed."""
-    order = [mutant.name for mutant in read_list()]
-    rows = sorted(trials, key=lambda trial: order.index(trial.mutant.name))
     return pd.DataFrame(
         [
             {
@@ -245,25 +246,40 @@ def table(trials: Sequence[Trial]) -> pd.DataFrame:
                 "": trial.verdict if trial.is_right else f"**{trial.verdict}** {plain(trial.problem)}".strip(),
                 **{f"tier {number}": trial.tier(number) for number in TIERS},
             }
-            for trial in rows
+            for trial in _in_order(trials)
         ]
     )
 
 
 def write(trials: Sequence[Trial], about: Mapping[str, Any], folder: Path) -> None:
-    """Write index.md and mutants.json, which holds every finding.  Raises StoreError."""
+    """Write index.md, and a table of the findings.  Raises StoreError."""
     told = [
         f"{counts(trials)}.",
         "A defect is shown to its own tier and one or two beside, a harmless change to all; tiers 3 and 4 look at "
         "Figure 5 alone. *moved*: other bits, handed on to tier 2, which decides; **n of m**: so many of the tier's "
         "checks failed; a dash: not asked.",
-        Table(table(trials), "All findings with their figures are in mutants.json."),
+        Table(table(trials), "Every finding with its figures:", FINDINGS),
         "  \n".join(f"{name}: {plain(value)}" for name, value in about.items()),
     ]
     redo = "snowrepro check --mutants"
     markdown.write(Document("What the checks notice", [Section("mutants", "", told, redo=redo)]), folder / "index.md")
-    record = [
-        {"mutant": asdict(t.mutant), "verdict": t.verdict, "findings": [asdict(f) for f in t.findings]} for t in trials
-    ]
-    with published(folder / "mutants.json") as partial:
-        partial.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+    with published(folder / FINDINGS) as partial:
+        findings(trials).to_csv(partial, index=False, lineterminator="\n")
+
+
+def findings(trials: Sequence[Trial]) -> pd.DataFrame:
+    """What was found of each mutant that is not plainly fine: a row a finding."""
+    return pd.DataFrame(
+        [
+            {"change": trial.mutant.name, "declared_tier": trial.mutant.tier, "verdict": trial.verdict, **asdict(found)}
+            for trial in _in_order(trials)
+            for found in trial.findings
+            if found.state != OK
+        ]
+    )
+
+
+def _in_order(trials: Sequence[Trial]) -> list[Trial]:
+    """As the mutants are listed."""
+    order = [mutant.name for mutant in read_list()]
+    return sorted(trials, key=lambda trial: order.index(trial.mutant.name))
