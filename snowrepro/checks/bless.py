@@ -1,44 +1,47 @@
 """Renew the references, for a reason, from code that git knows."""
 
 from collections.abc import Collection, Iterator
-from pathlib import Path
 
 import pandas as pd
 
 from ..errors import ConfigError, RunsFailed
 from ..store.provenance import environment, git_changes
+from ..sweep.plan import Plan
 from . import baseline, cases, ensemble, fingerprints, horizon, verdicts
 from .baseline import Baseline
-from .check import PAPER_SEEDS
+from .check import PAPER_SEEDS, Asked
 
 LEAST_LETTERS = 10  # of a reason
 
 
-def bless(folder: Path, store: str, reason: str, tiers: Collection[int]) -> Iterator[str]:
+def bless(asked: Asked, reason: str) -> Iterator[str]:
     """Renew the references of some tiers; yields what changes, part by part, as it is found.
 
-    Nothing is written before all of it is there.  Raises ConfigError without a reason or where the code is not as git
-    has it, RunsFailed where a run of the references has no result.
+    Nothing is written before all of it is there; cases and experiments that are not asked for stay as they are.
+    Raises ConfigError without a reason or where the code is not as git has it, RunsFailed where a run of the
+    references has no result.
     """
     require_reason(reason)
     require_clean()
-    kept = baseline.read(folder)
+    kept, tiers = baseline.read(asked.baseline), asked.tiers
     platforms, tables, changes = None, {}, {}
     if 1 in tiers or 2 in tiers:
-        prints, numbers = _short_runs(2 in tiers)
+        prints, numbers = _short_runs(asked.cases, with_twins=2 in tiers)
         if 1 in tiers:
             platforms, changes["fingerprints"] = _with_prints(kept, prints)
         if 2 in tiers:
-            tables["horizon"] = numbers
             changes["horizon"] = horizon.changes(kept.table("horizon"), numbers)
+            tables["horizon"] = _beside_others(kept.table("horizon"), numbers, "case")
         yield from _told(changes, "fingerprints", "horizon")
     if 3 in tiers:
-        tables["ensemble"] = pd.concat([_members(name, store) for name in ensemble.EXPERIMENTS], ignore_index=True)
-        changes["ensemble"] = ensemble.changes(kept.table("ensemble"), tables["ensemble"])
+        members = pd.concat([_members(name, asked) for name in asked.experiments], ignore_index=True)
+        changes["ensemble"] = ensemble.changes(kept.table("ensemble"), members)
+        tables["ensemble"] = _beside_others(kept.table("ensemble"), members, "experiment")
         yield from _told(changes, "ensemble")
     if 4 in tiers:
-        tables["verdicts"] = pd.concat([*_verdicts(store)], ignore_index=True)
-        changes["verdicts"] = verdicts.changes(kept.table("verdicts"), tables["verdicts"])
+        found = pd.concat([*_verdicts(asked)], ignore_index=True)
+        changes["verdicts"] = verdicts.changes(kept.table("verdicts"), found)
+        tables["verdicts"] = _beside_others(kept.table("verdicts"), found, "experiment")
         yield from _told(changes, "verdicts")
     baseline.write(kept, reason, platforms, tables, changes)
 
@@ -58,9 +61,15 @@ def require_clean() -> None:
         raise ConfigError(f"references are made by code that git knows; commit first: {', '.join(changed[:5])}")
 
 
-def _short_runs(with_twins: bool) -> tuple[dict[str, fingerprints.Prints], pd.DataFrame]:
+def _beside_others(before: pd.DataFrame, after: pd.DataFrame, column: str) -> pd.DataFrame:
+    """A renewed table with those rows of the old one whose ``column`` it does not have."""
+    others = before[~before[column].isin(after[column])] if len(before) else before
+    return pd.concat([others, after], ignore_index=True) if len(others) else after
+
+
+def _short_runs(names: Collection[str], with_twins: bool) -> tuple[dict[str, fingerprints.Prints], pd.DataFrame]:
     prints, numbers = {}, []
-    for case, config in cases.configs().items():
+    for case, config in cases.configs(names).items():
         states = cases.observe(config)
         prints[case] = fingerprints.take(states)
         if with_twins:
@@ -80,30 +89,28 @@ def _with_prints(kept: Baseline, prints: dict[str, fingerprints.Prints]) -> tupl
     told = [f"{here}: {', '.join(moved)} moved" if moved else f"{here}: {'the same bits' if before else 'new'}"]
     gone = [key for key in kept.platforms if key != here and key not in others]
     told += [f"{key}: gone, to be taken there again" for key in gone]
-    return {**others, here: {"processor": processor, "cases": prints}}, told
+    return {**others, here: {"processor": processor, "cases": {**before, **prints}}}, told
 
 
-def _members(experiment: str, store: str) -> pd.DataFrame:
+def _members(experiment: str, asked: Asked) -> pd.DataFrame:
     """The runs of an ensemble and their twins."""
-    plan = ensemble.run(ensemble.overrides(experiment, store, ensemble.SEEDS, twins=True))
+    wanted = ensemble.overrides(experiment, asked.store, ensemble.SEEDS, twins=True, workers=asked.workers)
+    plan = ensemble.run(wanted)
     _require_results(plan)
     return ensemble.table(experiment, plan)
 
 
-def _verdicts(store: str) -> Iterator[pd.DataFrame]:
+def _verdicts(asked: Asked) -> Iterator[pd.DataFrame]:
     """The verdicts that a check, and a full check, compare with."""
-    for experiment in ensemble.EXPERIMENTS:
-        sizes = ((ensemble.FEW_SEEDS, "preview"), (ensemble.SEEDS, "preview"), (PAPER_SEEDS, "paper"))
-        for seeds, fidelity in sizes:
-            plan = ensemble.run(ensemble.overrides(experiment, store, seeds, fidelity=fidelity))
-            _require_results(plan)
-            yield verdicts.table(experiment, plan)
-    plan = ensemble.run(ensemble.overrides("grid", store, 1))
-    _require_results(plan)
-    yield verdicts.table("grid", plan)
+    sizes = ((ensemble.FEW_SEEDS, "preview"), (ensemble.SEEDS, "preview"), (PAPER_SEEDS, "paper"))
+    wanted = [(name, asked.runs(name, *size)) for name in asked.experiments for size in sizes]
+    for experiment, overrides in [*wanted, ("grid", asked.runs("grid", 1))]:
+        plan = ensemble.run(overrides)
+        _require_results(plan)
+        yield verdicts.table(experiment, plan)
 
 
-def _require_results(plan) -> None:
+def _require_results(plan: Plan) -> None:
     failed = ensemble.lost(plan.configs)
     if failed:
         raise RunsFailed(

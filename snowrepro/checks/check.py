@@ -20,7 +20,7 @@ class Asked:
 
     ``baseline``: folder of the references; ``store``: for the runs of tiers 3 and 4, done again where code or
     environment changed, ``workers`` at a time (0: as many as cores).  ``full``: more seeds, the paper's fidelity, and
-    all scenes.  ``experiments``: that tiers 3 and 4 look at.
+    all scenes.  ``cases``, ``experiments``: that tiers 1 and 2, or 3 and 4, look at.
     """
 
     baseline: Path
@@ -28,6 +28,7 @@ class Asked:
     tiers: Collection[int] = tuple(TIERS)
     full: bool = False
     workers: int = 0
+    cases: Collection[str] = tuple(cases.CASES)
     experiments: Sequence[str] = ensemble.EXPERIMENTS
 
     def runs(self, experiment: str, seeds: int, fidelity: str = ensemble.FIDELITY) -> list[str]:
@@ -51,7 +52,7 @@ def _findings(asked: Asked, kept: Baseline) -> Iterator[Finding]:
     if 0 in asked.tiers:
         yield from (_invariance(made) for made in invariances.CHECKS)
     if 1 in asked.tiers or 2 in asked.tiers:
-        yield from _short_runs(kept, asked.tiers)
+        yield from _short_runs(asked, kept)
     if 3 in asked.tiers or 4 in asked.tiers:
         yield from _figures(asked, kept)
 
@@ -63,13 +64,12 @@ def _invariance(made) -> Finding:
         return Finding(0, made.__name__.replace("_", " "), FAILED, str(error))
 
 
-def _short_runs(kept: Baseline, tiers: Collection[int]) -> Iterator[Finding]:
+def _short_runs(asked: Asked, kept: Baseline) -> Iterator[Finding]:
     """Tiers 1 and 2 look at the same runs; a case whose bits moved goes on to tier 2 even if that was not asked for."""
-    for tier in (1, 2):
-        if tier in tiers and (flaw := kept.flaw(tier)):
-            yield Finding(tier, TIERS[tier], NOT_MEASURED, flaw)
-    tiers = [tier for tier in (1, 2) if tier in tiers and not kept.flaw(tier)]
-    for case, config in cases.configs().items() if tiers else ():
+    wanted = [tier for tier in (1, 2) if tier in asked.tiers]
+    yield from _without_reference(kept, wanted)
+    tiers = [tier for tier in wanted if not kept.flaw(tier)]
+    for case, config in cases.configs(asked.cases).items() if tiers else ():
         try:
             states = cases.observe(config)
         except Diverged as error:
@@ -88,9 +88,7 @@ def _short_runs(kept: Baseline, tiers: Collection[int]) -> Iterator[Finding]:
 def _figures(asked: Asked, kept: Baseline) -> Iterator[Finding]:
     """Tiers 3 and 4 look at the same runs."""
     wanted = [tier for tier in (3, 4) if tier in asked.tiers]
-    for tier in wanted:
-        if flaw := kept.flaw(tier):
-            yield Finding(tier, TIERS[tier], NOT_MEASURED, flaw)
+    yield from _without_reference(kept, wanted)
     tiers = [tier for tier in wanted if not kept.flaw(tier)]
     seeds = ensemble.SEEDS if asked.full else ensemble.FEW_SEEDS
     for experiment in asked.experiments if tiers else ():
@@ -99,6 +97,12 @@ def _figures(asked: Asked, kept: Baseline) -> Iterator[Finding]:
         for experiment in asked.experiments:
             yield from _figure(kept, [4], experiment, asked.runs(experiment, PAPER_SEEDS, "paper"))
         yield from _figure(kept, [4], "grid", asked.runs("grid", 1))
+
+
+def _without_reference(kept: Baseline, tiers: Collection[int]) -> Iterator[Finding]:
+    """The tiers that have nothing to compare with, and why."""
+    flaws = {tier: kept.flaw(tier) for tier in tiers}
+    yield from (Finding(tier, TIERS[tier], NOT_MEASURED, flaw) for tier, flaw in flaws.items() if flaw)
 
 
 def _figure(kept: Baseline, tiers: Collection[int], experiment: str, wanted: list[str]) -> Iterator[Finding]:

@@ -3,26 +3,30 @@
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..errors import ConfigError, ExitCode
 from ..store.files import require_writable
 from .screen import say
 
+if TYPE_CHECKING:
+    from ..checks.check import Asked
+
 
 def check_command(options: argparse.Namespace) -> ExitCode:
     """Run the tiers, tell each finding as it comes, and write what others read."""
     from ..checks import outputs
-    from ..checks.check import Asked, check
+    from ..checks.check import check
     from ..checks.finding import exit_code
 
-    tiers, experiments = read_tiers(options.tier), _read_experiments(options.only)
+    asked = _asked(options)
     out = options.out or Path("reports/mutants" if options.mutants else "reports/check")
     for folder in (out, Path(options.store)):
         require_writable(folder)
     if options.mutants:
         return _try_mutants(options, out)
     findings = []
-    for found in check(Asked(options.baseline, options.store, tiers, options.full, options.workers, experiments)):
+    for found in check(asked):
         say(outputs.line(found))
         findings.append(found)
         outputs.write(findings, _about(options), out, finished=False)
@@ -54,12 +58,11 @@ def bless_command(options: argparse.Namespace) -> ExitCode:
     from ..checks.baseline import LOG
     from ..checks.bless import bless
 
+    asked = _asked(options)
     for folder in (options.baseline, Path(options.store)):
         require_writable(folder)
-    for line in bless(
-        options.baseline, options.store, options.reason or "", [t for t in read_tiers(options.tier) if t]
-    ):
-        print(line)
+    for line in bless(asked, options.reason or ""):
+        print(line, flush=True)
     say(f"renewed {options.baseline}, see {options.baseline / LOG}; commit it")
     return ExitCode.FINE
 
@@ -76,14 +79,23 @@ def read_tiers(texts: Sequence[str] | None) -> list[int]:
     return sorted({int(name) for name in named}) or [*TIERS]
 
 
-def _read_experiments(texts: Sequence[str] | None) -> Sequence[str]:
-    """The experiments of tiers 3 and 4.  Raises ConfigError."""
+def _asked(options: argparse.Namespace) -> "Asked":
+    """What the options ask for.  Raises ConfigError where a name or number is wrong."""
+    from ..checks.cases import CASES
+    from ..checks.check import Asked
     from ..checks.ensemble import EXPERIMENTS
 
-    for name in texts or ():
-        if name not in EXPERIMENTS:
-            raise ConfigError(f"tiers 3 and 4 have no '{name}'; they have: {', '.join(EXPERIMENTS)}")
-    return texts or EXPERIMENTS
+    names = options.only or ()
+    for name in names:
+        if name not in (*CASES, *EXPERIMENTS):
+            raise ConfigError(f"there is no '{name}' to check; there are: {', '.join((*CASES, *EXPERIMENTS))}")
+    if options.workers < 0:
+        raise ConfigError(f"workers: should be at least 1, or 0 for all cores (got {options.workers})")
+    return Asked(
+        options.baseline, options.store, read_tiers(options.tier), options.full, options.workers,
+        [name for name in CASES if name in names] or [*CASES],
+        [name for name in EXPERIMENTS if name in names] or [*EXPERIMENTS],
+    )  # fmt: skip
 
 
 def _about(options: argparse.Namespace) -> dict[str, str]:

@@ -260,31 +260,32 @@ def _add_reports(commands: argparse._SubParsersAction) -> None:
 
 def _add_checks(commands: argparse._SubParsersAction) -> None:
     """Commands on whether results are what they were."""
-    tiers = "only these tiers, such as 0,1 (default: all)"
-
     check = _add(commands, "check", "checks.check_command", "are results what they were, and as promised?", CHECK_HELP)
-    check.add_argument("--tier", action="append", metavar="N", help=tiers)
     check.add_argument("--full", action="store_true", help="more seeds, the paper's fidelity, every scene")
-    check.add_argument("--workers", type=int, default=0, metavar="N", help="processes at a time (default: all cores)")
     check.add_argument(
         "--mutants",
         action="store_true",
         help="show deliberate defects and harmless changes of the program to the tiers",
     )
-    check.add_argument("--only", action="append", metavar="FIGURE", help="of tiers 3 and 4: fig5 or fig6")
     check.add_argument(
         "--out", type=Path, metavar="FOLDER",
         help="of the files that are written (default: reports/check, of --mutants reports/mutants)",
     )  # fmt: skip
-    _add_baseline(check)
+    _add_asked(check)
 
     bless = _add(commands, "bless", "checks.bless_command", "renew the references of check", BLESS_HELP)
     bless.add_argument("--reason", metavar="TEXT", help="why they change; goes into the log")
-    bless.add_argument("--tier", action="append", metavar="N", help=tiers)
-    _add_baseline(bless)
+    bless.set_defaults(full=False)
+    _add_asked(bless)
 
 
-def _add_baseline(command: argparse.ArgumentParser) -> None:
+def _add_asked(command: argparse.ArgumentParser) -> None:
+    """What ``check`` looks at, and ``bless`` renews."""
+    command.add_argument("--tier", action="append", metavar="N", help="only these tiers, such as 0,1 (default: all)")
+    command.add_argument(
+        "--only", action="append", metavar="NAME", help="a short run of tiers 1 and 2, or a figure of tiers 3 and 4"
+    )
+    command.add_argument("--workers", type=int, default=0, metavar="N", help="processes at a time (default: all cores)")
     command.add_argument(
         "--baseline", type=Path, default=Path("reports/baseline"), metavar="FOLDER",
         help="that keeps the references (default: %(default)s)",
