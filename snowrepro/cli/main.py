@@ -59,6 +59,20 @@ examples:
   snowrepro diff ball-L-530-paper-paper-0-2f63b27e3e ball-L-530-paper-paper-1-0b9a8e9d2c
   snowrepro diff fig5 fig5,fidelity=preview
 """
+REDO_HELP = """\
+RUN is the id of one in the store (or its beginning or end), its folder, or its manifest.json alone, which says all that
+is needed.  The run is simulated again into a store of its own, by this program; called again, it goes on where it was
+stopped, and does not repeat what is redone unless the code or the environment has changed.  It is compared with run.nc
+where that is beside the manifest, and with the checksums of the arrays in the manifest.
+
+examples:
+  snowrepro redo 2f63b27e3e
+  snowrepro redo manifest.json
+  snowrepro redo /shared/runs/ball-L-530-paper-paper-0-2f63b27e3e --into elsewhere
+
+exit codes: 0 the same bits, 1 not the same bits, 2 bad input (no such run, broken manifest), 3 the run failed,
+4 redone, but nothing to compare with, 130 interrupted
+"""
 CLEAN_HELP = """\
 Shows what could go and how much room it takes; asks before it removes what is named (scraps if nothing is).
 
@@ -239,6 +253,13 @@ def _add_stored(commands: argparse._SubParsersAction) -> None:
     diff.add_argument("a", metavar="A", help="id or path of a run, or name of a sweep")
     diff.add_argument("b", metavar="B", help="likewise")
     _add_store(diff)
+
+    redo = _add(commands, "redo", "stored.redo_command", "do a run again from its manifest: same bits?", REDO_HELP)
+    redo.add_argument("run", metavar="RUN", help="id or folder of a run, or a manifest")
+    redo.add_argument(
+        "--into", default="redone", metavar="FOLDER", help="store of the redone run (default: %(default)s)"
+    )
+    _add_store(redo)
 
     clean = _add(commands, "clean", "stored.clean_command", "remove what is not needed from the store", CLEAN_HELP)
     clean.add_argument("kinds", nargs="*", metavar="kind", help="see below")
