@@ -97,6 +97,18 @@ examples:
 
 {EXITS}
 """
+CRATE_HELP = f"""\
+Copies the runs with their manifests and logs, the tables of the sweep and its report, as it stands, into a folder of
+their own, with ro-crate-metadata.json (Process Run Crate 0.5): which run made which file, when, with what, and which
+failed.  Under which licence and by whom is not known to the store: state it.  snowrepro reads the folder's runs/.
+
+examples:
+  snowrepro crate fig5 --license CC-BY-4.0
+  snowrepro crate fig5 --agent "Ada Snow" --orcid 0000-0002-1825-0097 --out upload/fig5
+  snowrepro crate 2f63b27e3e                one run
+
+{EXITS}
+"""
 CLASSIFY_HELP = """\
 A file needs 'position' (time, particle, axis), or 'x' and 'y' (time, particle); it may have 'mass', 'velocity', a
 coordinate of frame numbers, and the attributes release_frame, grid_spacing and cell_mass.  A particle that is NaN
@@ -239,6 +251,17 @@ def _add_reports(commands: argparse._SubParsersAction) -> None:
     report.add_argument(
         "overrides", nargs="*", help="experiment or name of a remembered sweep (default: the paper); overrides"
     )
+
+    crate = _add(
+        commands, "crate", "reports.crate_command", "a folder to publish: a sweep's files, and how each was made",
+        CRATE_HELP,
+    )  # fmt: skip
+    crate.add_argument("sweep", metavar="SWEEP", help="name of a remembered sweep, or id of a run")
+    crate.add_argument("--out", type=Path, metavar="FOLDER", help="a new one (default: <SWEEP>-crate)")
+    crate.add_argument("--license", metavar="ID", help="of what is published: an SPDX identifier or a URL")
+    crate.add_argument("--agent", metavar="NAME", help="who made the runs")
+    crate.add_argument("--orcid", metavar="ID", help="of whoever that is")
+    _add_store(crate)
 
 
 def _add_stored(commands: argparse._SubParsersAction) -> None:

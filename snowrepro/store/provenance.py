@@ -34,12 +34,14 @@ def now() -> str:
 
 
 def command(overrides: Sequence[str] = ()) -> str:
-    """The command line that asks for a run: with these ``overrides``, or the one that started this process."""
-    if overrides:
-        return shlex.join(["snowrepro", "run", *overrides])
+    """The command line that asks for a run: with these ``overrides``, or the one that started this process.
+
+    Where results were kept is left out: it is of no use elsewhere.
+    """
     program = Path(sys.argv[0])
     name = program.parent.name if program.name == "__main__.py" else program.name
-    return shlex.join([name, *sys.argv[1:]])
+    words = ["snowrepro", "run", *overrides] if overrides else [name, *sys.argv[1:]]
+    return shlex.join(word for word in words if not word.startswith("store="))
 
 
 @functools.cache
