@@ -7,7 +7,7 @@ COARSE := $(if $(filter paper,$(FIDELITY)),,fidelity=$(FIDELITY))
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: reproduce test slow validate lint lock benchmark clean
+.PHONY: reproduce test slow validate lint lock benchmark validator clean
 
 # The report on the paper, with Figure 5 and what three seeds say of its claims; EXPERIMENTS="fig6 table2" CLAIMS=fig6
 # for more.
@@ -31,6 +31,13 @@ lint: $(VENV)/installed
 
 benchmark: $(VENV)/installed
 	$(BIN)/python benchmarks/speed.py
+
+# What asks of a crate whether it is one, in an environment of its own: tests/report/test_crate.py, else skipped.
+validator: $(VENV)/installed
+	test -x build/validator/bin/python || $(PYTHON) -m venv build/validator
+	$(BIN)/python -c 'from importlib.metadata import requires; \
+		print(*(text.split(";")[0] for text in requires("snowrepro") if "validate-crate" in text), sep="\n")' \
+		| build/validator/bin/python -m pip install --quiet --disable-pip-version-check --requirement /dev/stdin
 
 # Renew the locked dependencies (needs uv): hashes, no addresses.
 lock:

@@ -17,6 +17,7 @@ from hydra import initialize_config_dir
 from hydra._internal.config_loader_impl import ConfigLoaderImpl
 from hydra._internal.config_repository import CachingConfigRepository
 from hydra.core.global_hydra import GlobalHydra
+from hydra.core.hydra_config import HydraConfig
 from hydra.errors import HydraException
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
@@ -108,7 +109,13 @@ def config_from(plain: Mapping[str, Any]) -> Config:
     try:
         return Config.model_validate({**compose().model_dump(), **plain})
     except ValidationError as error:
-        raise ConfigError(f"the configuration in this run is not of this version: {error}") from error
+        wrong = "; ".join(_explain(item) for item in error.errors())
+        raise ConfigError(f"the configuration in this run is not of this version: {wrong}") from error
+
+
+def job_overrides() -> list[str]:
+    """The overrides of the run that one of Hydra's launchers does in this process; none elsewhere."""
+    return list(HydraConfig.get().overrides.task) if HydraConfig.initialized() else []
 
 
 def _explain(item: dict[str, Any]) -> str:

@@ -2,7 +2,7 @@
 
 import logging
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -10,7 +10,7 @@ import numpy as np
 from omegaconf import DictConfig
 
 from .analysis.summary import row_of
-from .composition import validate
+from .composition import job_overrides, validate
 from .config import Config
 from .errors import Diverged, FailedBefore, LeaseLost, StoreError
 from .mpm import diagnostics
@@ -18,7 +18,7 @@ from .simulation import Progress, simulate
 from .store import lease, runs, states
 from .store.files import require_writable
 from .store.lease import Lease
-from .store.provenance import peak_memory_mb
+from .store.provenance import command, now, peak_memory_mb
 
 log = logging.getLogger("snowrepro")
 PROGRESS_SECONDS = 0.5
@@ -59,14 +59,14 @@ def _attempt(config: Config, on_progress: Callable[[Progress], None] | None, hel
         resume = runs.checkpoint(config)
         start = f", goes on from frame {int(resume['frame'])}" if resume else ""
         log.info("run %s%s", runs.identify(config), start)
-        watch = Watch(config, on_progress, held, float(resume["seconds"]) if resume else 0.0)
+        watch = Watch(config, on_progress, held, resume or {})
         try:
             dataset = simulate(config, watch, resume)
             for line in diagnostics.bounded(dataset):
                 log.info("%s", line)
             particles, substeps = dataset.sizes["particle"], int(dataset["substeps"].sum())
             log.info("%s particles, %s substeps, %.1f s", f"{particles:,}", f"{substeps:,}", watch.seconds())
-            facts = {"peak_memory_mb": peak_memory_mb()}
+            facts = {"peak_memory_mb": peak_memory_mb(), "began": watch.began, "command": command(job_overrides())}
             runs.save(dataset, config, facts, wall_seconds=watch.seconds(), seconds_per_frame=watch.per_frame())
         except KeyboardInterrupt:
             _record(config, states.INTERRUPTED, f"stopped in frame {watch.frame + 1}")
@@ -125,8 +125,16 @@ class Watch:
     Raises LeaseLost.
     """
 
-    def __init__(self, config: Config, on_progress: Callable[[Progress], None] | None, held: Lease, spent: float):
+    def __init__(
+        self,
+        config: Config,
+        on_progress: Callable[[Progress], None] | None,
+        held: Lease,
+        resume: Mapping[str, np.ndarray],
+    ):
         self.config, self.on_progress, self.held = config, on_progress, held
+        spent = float(resume["seconds"]) if resume else 0.0
+        self.began = str(resume.get("began", now()))  # the first attempt; an older checkpoint does not say
         self.frame = 0
         self.warned = False
         self.started = time.perf_counter() - spent
@@ -135,23 +143,24 @@ class Watch:
         self.keeping = 0.0  # how long the last checkpoint took to write
 
     def __call__(self, progress: Progress) -> None:
-        now = time.perf_counter()
-        self.frames.append(now)
+        moment = time.perf_counter()
+        self.frames.append(moment)
         self.frame = progress.frame
         if self.on_progress:
             self.on_progress(progress)
-        if now - self.told > PROGRESS_SECONDS:
-            self.told = now
+        if moment - self.told > PROGRESS_SECONDS:
+            self.told = moment
             if self.held.lost:
                 raise LeaseLost(f"another process took over {runs.identify(self.config)}")
             with self._warning():
                 runs.save_progress(self.config, progress.frame, progress.frames, progress.substeps)
-        if now - self.kept > max(self.config.checkpoint_seconds, MOST_KEEPING * self.keeping):
+        if moment - self.kept > max(self.config.checkpoint_seconds, MOST_KEEPING * self.keeping):
             arrays = progress.checkpoint()
             with self._warning():
-                runs.save_checkpoint(self.config, {**arrays, "seconds": np.array(self.seconds())})
+                kept = {"seconds": np.array(self.seconds()), "began": np.array(self.began)}
+                runs.save_checkpoint(self.config, {**arrays, **kept})
             self.kept = time.perf_counter()
-            self.keeping = self.kept - now
+            self.keeping = self.kept - moment
 
     @contextmanager
     def _warning(self) -> Iterator[None]:

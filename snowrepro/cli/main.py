@@ -90,6 +90,20 @@ examples:
   snowrepro diff ball-L-530-paper-paper-0-2f63b27e3e ball-L-530-paper-paper-1-0b9a8e9d2c
   snowrepro diff fig5 fig5,fidelity=preview
 """
+REDO_HELP = """\
+RUN is the id of one in the store (or its beginning or end), its folder, or its manifest.json alone, which says all that
+is needed.  The run is simulated again into a store of its own, by this program; called again, it goes on where it was
+stopped, and does not repeat what is redone unless the code or the environment has changed.  It is compared with run.nc
+where that is beside the manifest, and with the checksums of the arrays in the manifest.
+
+examples:
+  snowrepro redo 2f63b27e3e
+  snowrepro redo manifest.json
+  snowrepro redo /shared/runs/ball-L-530-paper-paper-0-2f63b27e3e --into elsewhere
+
+exit codes: 0 the same bits, 1 not the same bits, 2 bad input (no such run, broken manifest), 3 the run failed,
+4 redone, but nothing to compare with, 130 interrupted
+"""
 CLEAN_HELP = """\
 Shows what could go and how much room it takes; asks before it removes what is named (scraps if nothing is).
 
@@ -111,6 +125,18 @@ examples:
   snowrepro report fig5 seeds=3 store=/shared/runs
   snowrepro report fig5 --against fig5,reading=si           two sweeps side by side, differences first
   snowrepro report fig5 --against fig5 --against-store ../before/runs      two versions
+
+{EXITS}
+"""
+CRATE_HELP = f"""\
+Copies the runs with their manifests and logs, the tables of the sweep and its report, as it stands, into a folder of
+their own, with ro-crate-metadata.json (Process Run Crate 0.5): which run made which file, when, with what, and which
+failed.  Under which licence and by whom is not known to the store: state it.  snowrepro reads the folder's runs/.
+
+examples:
+  snowrepro crate fig5 --license CC-BY-4.0
+  snowrepro crate fig5 --agent "Ada Snow" --orcid 0000-0002-1825-0097 --out upload/fig5
+  snowrepro crate 2f63b27e3e                one run
 
 {EXITS}
 """
@@ -257,6 +283,17 @@ def _add_reports(commands: argparse._SubParsersAction) -> None:
         "overrides", nargs="*", help="experiment or name of a remembered sweep (default: the paper); overrides"
     )
 
+    crate = _add(
+        commands, "crate", "reports.crate_command", "a folder to publish: a sweep's files, and how each was made",
+        CRATE_HELP,
+    )  # fmt: skip
+    crate.add_argument("sweep", metavar="SWEEP", help="name of a remembered sweep, or id of a run")
+    crate.add_argument("--out", type=Path, metavar="FOLDER", help="a new one (default: <SWEEP>-crate)")
+    crate.add_argument("--license", metavar="ID", help="of what is published: an SPDX identifier or a URL")
+    crate.add_argument("--agent", metavar="NAME", help="who made the runs")
+    crate.add_argument("--orcid", metavar="ID", help="of whoever that is")
+    _add_store(crate)
+
 
 def _add_checks(commands: argparse._SubParsersAction) -> None:
     """Commands on whether results are what they were."""
@@ -307,6 +344,13 @@ def _add_stored(commands: argparse._SubParsersAction) -> None:
     diff.add_argument("a", metavar="A", help="id or path of a run, or name of a sweep")
     diff.add_argument("b", metavar="B", help="likewise")
     _add_store(diff)
+
+    redo = _add(commands, "redo", "stored.redo_command", "do a run again from its manifest: same bits?", REDO_HELP)
+    redo.add_argument("run", metavar="RUN", help="id or folder of a run, or a manifest")
+    redo.add_argument(
+        "--into", default="redone", metavar="FOLDER", help="store of the redone run (default: %(default)s)"
+    )
+    _add_store(redo)
 
     clean = _add(commands, "clean", "stored.clean_command", "remove what is not needed from the store", CLEAN_HELP)
     clean.add_argument("kinds", nargs="*", metavar="kind", help="see below")

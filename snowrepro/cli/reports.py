@@ -1,4 +1,4 @@
-"""The command ``report``, and what others print of a report."""
+"""The commands ``report`` and ``crate``, and what others print of a report."""
 
 import argparse
 from collections.abc import Sequence
@@ -30,6 +30,20 @@ def report_command(options: argparse.Namespace) -> ExitCode:
         print(f"report: {write_paper([*words, record.store_override(store)], store)}")
         return ExitCode.FINE
     print_report(overrides_of(name, words, store), store)
+    return ExitCode.FINE
+
+
+def crate_command(options: argparse.Namespace) -> ExitCode:
+    """Write a sweep or a run as an RO-Crate."""
+    from ..report.crate import terms, write_crate
+    from .screen import say
+
+    stated = terms(options.license, options.agent, options.orcid)
+    out = options.out or Path(f"{Path(options.sweep).name}-crate")
+    lacking = write_crate(options.sweep, options.store, out, stated)
+    if lacking:
+        say(f"without a result: {lacking}")
+    print(out)
     return ExitCode.FINE
 
 

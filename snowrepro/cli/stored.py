@@ -1,4 +1,4 @@
-"""Commands on what the store holds: ``explain``, ``diff``, ``clean``."""
+"""Commands on what the store holds: ``explain``, ``diff``, ``redo``, ``clean``."""
 
 import argparse
 import sys
@@ -24,6 +24,23 @@ def diff_command(options: argparse.Namespace) -> ExitCode:
 
     print("\n".join(diff_command_lines(options.a, options.b, options.store)))
     return ExitCode.FINE
+
+
+def redo_command(options: argparse.Namespace) -> ExitCode:
+    """Do a run again from its manifest and say whether it came to the same bits."""
+    from ..sweep import redo
+    from .sweeps import run_here
+
+    original = redo.original_of(options.run, options.store)
+    if Path(options.into).resolve() == Path(options.store).resolve():
+        raise ConfigError(f"'{options.into}' is the store, in which nothing is to be replaced: choose another folder")
+    config = redo.config_to_redo(original, options.into)
+    run_here(config)
+    found = redo.compare(original, config)
+    print("\n".join(redo.redo_lines(found)))
+    if not found.is_compared:
+        return ExitCode.INCOMPLETE
+    return ExitCode.REGRESSED if found.changes else ExitCode.FINE
 
 
 def clean_command(options: argparse.Namespace) -> ExitCode:

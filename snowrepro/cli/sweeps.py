@@ -265,8 +265,16 @@ def _say_cost(plan: Plan, computed: int, wall_seconds: float) -> None:
 
 
 def _run_one(config: Config) -> None:
-    """Run one case in this process with a progress bar."""
+    """Run one case and print its numbers."""
     from ..analysis.summary import row_of
+
+    path = run_here(config)
+    print_rows(row_of(config))
+    print(path)
+
+
+def run_here(config: Config) -> Path:
+    """Run one case in this process with a progress bar, as far as it is not done; returns its result's path."""
     from ..run import run
     from ..store.runs import is_current
 
@@ -278,9 +286,7 @@ def _run_one(config: Config) -> None:
     columns = (TextColumn("frame {task.completed:.0f}/{task.total:.0f}"), BarColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=done or not console.is_terminal) as bar:
         task = bar.add_task("run", total=config.frames)
-        path = run(config, lambda progress: bar.update(task, completed=progress.frame))
-    print_rows(row_of(config))
-    print(path)
+        return run(config, lambda progress: bar.update(task, completed=progress.frame))
 
 
 def _report(plan: Plan) -> ExitCode:

@@ -10,7 +10,7 @@ from typing import Any
 
 from ..config import Config
 from .files import read_json, sha256, write_json
-from .provenance import environment
+from .provenance import environment, packages
 
 MANIFEST = "manifest.json"
 _encode = json.JSONEncoder(sort_keys=True).encode
@@ -24,13 +24,19 @@ WAYS = ("threads", "deterministic")
 def write(folder: Path, names: list[str], content: Mapping[str, Any]) -> None:
     """Write the manifest of a folder whose files are ``names``; it is the last file to be written."""
     files = {name: _describe(folder / name) for name in names}
-    body = {**content, "code": CODE, "environment": environment(), "files": files}
+    made = {"code": CODE, "environment": environment(), "packages": packages()}
+    body = {**content, **made, "files": files}
     write_json(folder / MANIFEST, {**body, "checksum": _checksum(body)})
 
 
 def read(folder: Path) -> dict[str, Any]:
     """The manifest of a folder; empty if there is none that can be read."""
     return read_json(folder / MANIFEST)
+
+
+def is_intact(manifest: Mapping[str, Any]) -> bool:
+    """Whether a manifest says what it said when it was written."""
+    return manifest.get("checksum") == _checksum({key: value for key, value in manifest.items() if key != "checksum"})
 
 
 def flaw(folder: Path, manifest: Mapping[str, Any], run_id: str, thorough: bool = False) -> str | None:
@@ -40,8 +46,7 @@ def flaw(folder: Path, manifest: Mapping[str, Any], run_id: str, thorough: bool 
     """
     if not manifest:
         return f"{MANIFEST} is missing or cannot be read"
-    body = {key: value for key, value in manifest.items() if key != "checksum"}
-    if manifest.get("checksum") != _checksum(body):
+    if not is_intact(manifest):
         return f"{MANIFEST} is not as it was written: its checksum differs"
     if manifest.get("run_id") != run_id:
         return f"{MANIFEST} is that of {manifest.get('run_id')}"

@@ -1,12 +1,15 @@
-"""Where a result comes from: versions, git state, machine."""
+"""Where a result comes from: versions, git state, machine, command."""
 
 import functools
 import platform
 import re
 import resource
+import shlex
 import subprocess
+import sys
+from collections.abc import Sequence
 from datetime import datetime, timezone
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 
 PACKAGES = ("snowrepro", "taichi", "numpy", "scipy", "xarray", "netCDF4", "hydra-core")
@@ -22,8 +25,34 @@ def provenance() -> dict[str, str]:
         "versions": versions(),
         "git_state": _git_state(),
         "machine": f"{platform.system()} {platform.machine()}, {_cpu()}",
-        "created": datetime.now(timezone.utc).isoformat(timespec="seconds"),
+        "created": now(),
     }
+
+
+def now() -> str:
+    """The time, as the store writes it down."""
+    return datetime.now(timezone.utc).isoformat(timespec="seconds")
+
+
+def command(overrides: Sequence[str] = ()) -> str:
+    """The command line that asks for a run: with these ``overrides``, or the one that started this process.
+
+    Where results were kept is left out: it is of no use elsewhere.
+    """
+    program = Path(sys.argv[0])
+    name = program.parent.name if program.name == "__main__.py" else program.name
+    words = ["snowrepro", "run", *overrides] if overrides else [name, *sys.argv[1:]]
+    return shlex.join(word for word in words if not word.startswith("store="))
+
+
+@functools.cache
+def packages() -> dict[str, str]:
+    """Versions of all packages that snowrepro itself asks for."""
+    try:
+        asked = [text for text in requires("snowrepro") or [] if "extra ==" not in text]
+    except PackageNotFoundError:
+        asked = []
+    return {name: _version(name) for name in sorted(re.match(r"[\w.-]+", text)[0] for text in asked)}
 
 
 @functools.cache

@@ -24,6 +24,7 @@ import xarray as xr
 from ..config import MODEL_VERSION, Config
 from ..errors import StoreError
 from . import lease, manifest
+from .bits import digests
 from .cost import kind_of
 from .files import flush, published, read_json, write_json, writing
 from .identity import identify
@@ -110,6 +111,7 @@ def save(dataset: xr.Dataset, config: Config, facts: Mapping[str, Any] | None = 
             content = {"run_id": identify(config), "model_version": MODEL_VERSION, **origin, **rounded, **(facts or {})}
             content["kind"] = asdict(kind_of(config))
             content["config"] = plain(config)
+            content["arrays"] = digests(dataset)
             manifest.write(folder, [name for name in (RESULT, LOG) if (folder / name).exists()], content)
     except BaseException:
         shutil.rmtree(folder, ignore_errors=True)

@@ -94,12 +94,18 @@ def sweep_table(name: str, store: str | Path = "runs") -> pd.DataFrame:
 
 
 def write_results(plan: Plan) -> Path:
-    """Write results.csv and results.nc into the folder of the sweep, and return it.
+    """Write results.csv and results.nc into the folder of the sweep, and return it; see ``write_tables``."""
+    found = collect(plan)
+    folder = record.folder_of(found.name, plan.runs[0].config.store)
+    write_tables(found, folder)
+    return folder
+
+
+def write_tables(found: Collected, folder: Path) -> None:
+    """Write results.csv and results.nc into a folder.
 
     The same store gives the same bytes.  Where the runs make no grid there is no results.nc, and the log says why.
     """
-    found = collect(plan)
-    folder = record.folder_of(found.name, plan.runs[0].config.store)
     with published(folder / CSV) as partial:
         found.table.to_csv(partial, index=False, lineterminator="\n")
     try:
@@ -107,11 +113,10 @@ def write_results(plan: Plan) -> Path:
     except ConfigError as error:
         log.warning("no %s: %s", NETCDF, error)
         (folder / NETCDF).unlink(missing_ok=True)
-        return folder
+        return
     packed = {name: {"zlib": True, "complevel": 1} for name in grid.data_vars if grid[name].dtype == float}
     with published(folder / NETCDF) as partial:
         grid.to_netcdf(partial, engine="netcdf4", encoding=packed)
-    return folder
 
 
 def collect(plan: Plan) -> Collected:

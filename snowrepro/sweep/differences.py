@@ -1,7 +1,7 @@
 """What differs between two runs, or between two sweeps cell by cell."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -138,15 +138,14 @@ def compare_sweeps(a: Collected, b: Collected) -> SweepDifferences:
 
 def run_lines(found: RunDifferences) -> list[str]:
     """The differences of two runs as text."""
-    numbers = [f"{n.name}: {_text(n.a)} -> {_text(n.b)}{_by(n.difference)}" for n in found.numbers]
-    made = ["not known, as a manifest is missing"] if found.made is None else _pairs(found.made)
+    made = ["not known, as a manifest is missing"] if found.made is None else pairs(found.made)
     return [
         f"a: {found.a}",
         f"b: {found.b}",
-        *_listed("configuration", _pairs(found.config), "the same configuration"),
-        *_listed("code and environment", made, "the same code and environment"),
-        *_listed("summary", numbers, "the same summary"),
-        *_listed("arrays", [_array_line(array) for array in found.arrays], "the same bits"),
+        *listed("configuration", pairs(found.config), "the same configuration"),
+        *listed("code and environment", made, "the same code and environment"),
+        *listed("summary", [number_line(number) for number in found.numbers], "the same summary"),
+        *listed("arrays", [array_line(array) for array in found.arrays], "the same bits"),
     ]
 
 
@@ -172,12 +171,12 @@ def sweep_lines(found: SweepDifferences) -> list[str]:
     return [
         f"a: {found.a}",
         f"b: {found.b}",
-        *_listed("configuration, in the first cell of both", _pairs(found.config), "the same configuration"),
+        *listed("configuration, in the first cell of both", pairs(found.config), "the same configuration"),
         *(_summary_line(name, of, dims) for name, of in cells.groupby("measure")),
-        *_listed("cells that changed, largest first", changes, "no cell changed" if len(cells) else ""),
-        *_listed("cells without results to compare", lacking),
-        *_listed("cells in a only", _labels(found.only_a, dims)),
-        *_listed("cells in b only", _labels(found.only_b, dims)),
+        *listed("cells that changed, largest first", changes, "no cell changed" if len(cells) else ""),
+        *listed("cells without results to compare", lacking),
+        *listed("cells in a only", _labels(found.only_a, dims)),
+        *listed("cells in b only", _labels(found.only_b, dims)),
     ]
 
 
@@ -198,6 +197,11 @@ def _made(first: xr.Dataset, second: xr.Dataset) -> list[str] | None:
     a, b = (manifest.read(Path(dataset.encoding["source"]).parent) for dataset in (first, second))
     if not a or not b:
         return None
+    return made_otherwise(a, b)
+
+
+def made_otherwise(a: Mapping[str, Any], b: Mapping[str, Any]) -> list[str]:
+    """How code and environment differ by two manifests, each as "key before -> now"."""
     return manifest.differences({key: a.get(key) for key in MADE_BY}, {key: b.get(key) for key in MADE_BY})
 
 
@@ -299,19 +303,25 @@ def _labels(cells: pd.DataFrame, dims: Sequence[str]) -> list[str]:
     ]
 
 
-def _array_line(array: ArrayChange) -> str:
+def number_line(number: NumberChange) -> str:
+    """How a column of the summary differs, in words."""
+    return f"{number.name}: {_text(number.a)} -> {_text(number.b)}{_by(number.difference)}"
+
+
+def array_line(array: ArrayChange) -> str:
+    """How an array differs, in words."""
     if array.form:
         return f"{array.name}: {array.form}"
     since = "" if array.frame is None else f", first in frame {array.frame}"
     return f"{array.name}: by at most {array.largest:.4g}{since}"
 
 
-def _pairs(differences: Sequence[str]) -> list[str]:
+def pairs(differences: Sequence[str]) -> list[str]:
     """Differences as ``manifest.differences`` writes them, with a colon behind the key."""
     return [line.replace(" ", ": ", 1) for line in differences]
 
 
-def _listed(title: str, lines: Sequence[str], otherwise: str = "") -> list[str]:
+def listed(title: str, lines: Sequence[str], otherwise: str = "") -> list[str]:
     """A titled list that is cut where it gets long; without lines, what is said instead."""
     if not lines:
         return [otherwise] if otherwise else []

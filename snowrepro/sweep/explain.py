@@ -38,24 +38,30 @@ def explain(name: str, store: str | Path) -> list[str]:
     return lines
 
 
-def config_of_run(name: str, store: str | Path) -> Config:
-    """The configuration of a run that the store holds, works on, or was asked for.  Raises ConfigError."""
+def id_of_run(name: str, store: str | Path) -> str:
+    """The id of the one run of a store whose id is, begins with or ends in ``name``.  Raises ConfigError."""
     known = sorted(run_id for run_id in _known(Path(store)) if run_id.startswith(name) or run_id.endswith(name))
     if name in known:
         known = [name]
     if len(known) != 1:
         several = f"{len(known)} runs are: {', '.join(known[:MOST_NAMED])}" if known else "no run is"
         raise ConfigError(f"'{name}' should name one run of the store '{store}'; {several}")
-    plain = manifest.read(Path(store) / known[0]).get("config") or read_json(
-        Path(store) / runs.WORK / known[0] / runs.CONFIG
+    return known[0]
+
+
+def config_of_run(name: str, store: str | Path) -> Config:
+    """The configuration of a run that the store holds, works on, or was asked for.  Raises ConfigError."""
+    run_id = id_of_run(name, store)
+    plain = manifest.read(Path(store) / run_id).get("config") or read_json(
+        Path(store) / runs.WORK / run_id / runs.CONFIG
     )
     if plain:
         return config_from({**plain, "store": str(store)})
-    sweep = next(name for name in record.names(store) if known[0] in record.read(name, store).cells.values())
+    sweep = next(name for name in record.names(store) if run_id in record.read(name, store).cells.values())
     for config in record.plan_of(sweep, store).configs:
-        if runs.identify(config) == known[0]:
+        if runs.identify(config) == run_id:
             return config
-    raise ConfigError(f"'{known[0]}' was asked for by the sweep '{sweep}', which has other runs now")
+    raise ConfigError(f"'{run_id}' was asked for by the sweep '{sweep}', which has other runs now")
 
 
 def _made(written: dict) -> Iterator[str]:

@@ -99,6 +99,18 @@ def test_a_broken_or_foreign_checkpoint_is_not_used(tmp_path, monkeypatch):
     assert not path.exists()
 
 
+def test_a_run_that_went_on_says_when_it_first_began(tmp_path):
+    """Its manifest is of the whole run: began and took as long as all attempts together."""
+    config = compose([*SMALL, f"store={tmp_path}"])
+    saved = {}
+    simulate(config, lambda progress: saved.update({progress.frame: progress.checkpoint()}))
+    before = {"seconds": np.array(1000.0), "began": np.array("2020-01-01T00:00:00+00:00")}
+    runs.save_checkpoint(config, {**saved[55], **before})
+    said = runs.manifest.read(run(config).parent)
+    assert said["began"] == "2020-01-01T00:00:00+00:00"
+    assert said["wall_seconds"] > 1000
+
+
 @pytest.mark.parametrize("checkpoint_seconds", [0, 1000])
 def test_a_diverged_run_leaves_its_last_good_state(tmp_path, checkpoint_seconds):
     """The state before the frame that failed, whether or not a checkpoint was kept just then."""
