@@ -41,7 +41,7 @@ def bless(asked: Asked, reason: str) -> Iterator[str]:
     if 4 in tiers:
         found = pd.concat([*_verdicts(asked)], ignore_index=True)
         changes["verdicts"] = verdicts.changes(kept.table("verdicts"), found)
-        tables["verdicts"] = _beside_others(kept.table("verdicts"), found, "experiment")
+        tables["verdicts"] = _beside_others(kept.table("verdicts"), found, *verdicts.KEYS)
         yield from _told(changes, "verdicts")
     baseline.write(kept, reason, platforms, tables, changes)
 
@@ -61,10 +61,13 @@ def require_clean() -> None:
         raise ConfigError(f"references are made by code that git knows; commit first: {', '.join(changed[:5])}")
 
 
-def _beside_others(before: pd.DataFrame, after: pd.DataFrame, column: str) -> pd.DataFrame:
-    """A renewed table with those rows of the old one whose ``column`` it does not have."""
-    others = before[~before[column].isin(after[column])] if len(before) else before
-    return pd.concat([others, after], ignore_index=True) if len(others) else after
+def _beside_others(before: pd.DataFrame, after: pd.DataFrame, *keys: str) -> pd.DataFrame:
+    """A renewed table with those rows of the old one whose ``keys`` it does not have."""
+    if before.empty:
+        return after
+    renewed = pd.MultiIndex.from_frame(after[[*keys]])
+    others = before[~pd.MultiIndex.from_frame(before[[*keys]]).isin(renewed)]
+    return pd.concat([others, after], ignore_index=True)
 
 
 def _short_runs(names: Collection[str], with_twins: bool) -> tuple[dict[str, fingerprints.Prints], pd.DataFrame]:
@@ -101,10 +104,10 @@ def _members(experiment: str, asked: Asked) -> pd.DataFrame:
 
 
 def _verdicts(asked: Asked) -> Iterator[pd.DataFrame]:
-    """The verdicts that a check, and a full check, compare with."""
-    sizes = ((ensemble.FEW_SEEDS, "preview"), (ensemble.SEEDS, "preview"), (PAPER_SEEDS, "paper"))
+    """The verdicts that a check compares with, and those of a full one if they are asked for."""
+    sizes = [(ensemble.FEW_SEEDS, "preview"), (ensemble.SEEDS, "preview")] + [(PAPER_SEEDS, "paper")] * asked.full
     wanted = [(name, asked.runs(name, *size)) for name in asked.experiments for size in sizes]
-    for experiment, overrides in [*wanted, ("grid", asked.runs("grid", 1))]:
+    for experiment, overrides in [*wanted, *[("grid", asked.runs("grid", 1))] * asked.full]:
         plan = ensemble.run(overrides)
         _require_results(plan)
         yield verdicts.table(experiment, plan)

@@ -312,7 +312,7 @@ def _add_checks(commands: argparse._SubParsersAction) -> None:
 
     bless = _add(commands, "bless", "checks.bless_command", "renew the references of check", BLESS_HELP)
     bless.add_argument("--reason", metavar="TEXT", help="why they change; goes into the log")
-    bless.set_defaults(full=False)
+    bless.add_argument("--full", action="store_true", help="also what only a full check compares with")
     _add_asked(bless)
 
 
