@@ -15,7 +15,7 @@ from ..analysis.columns import ASKED, Column, columns_of
 from ..analysis.summary import row_of
 from ..config import Config
 from ..errors import ConfigError, StoreError
-from ..store import manifest, runs, states
+from ..store import cf, manifest, runs, states
 from ..store.files import published
 from . import record
 from .plan import Plan
@@ -96,7 +96,8 @@ def sweep_table(name: str, store: str | Path = "runs") -> pd.DataFrame:
 def write_results(plan: Plan) -> Path:
     """Write results.csv and results.nc into the folder of the sweep, and return it.
 
-    The same store gives the same bytes.  Where the runs make no grid there is no results.nc, and the log says why.
+    The same store gives the same bytes.  results.nc is the grid by the CF conventions: see ``store.cf``.  Where the
+    runs make no grid there is no results.nc, and the log says why.
     """
     found = collect(plan)
     folder = record.folder_of(found.name, plan.runs[0].config.store)
@@ -109,8 +110,9 @@ def write_results(plan: Plan) -> Path:
         (folder / NETCDF).unlink(missing_ok=True)
         return folder
     packed = {name: {"zlib": True, "complevel": 1} for name in grid.data_vars if grid[name].dtype == float}
+    written = cf.sweep_as_file(grid, f"{grid.attrs.get('created', '')} put together by snowrepro".strip())
     with published(folder / NETCDF) as partial:
-        grid.to_netcdf(partial, engine="netcdf4", encoding=packed)
+        written.to_netcdf(partial, engine="netcdf4", encoding=packed)
     return folder
 
 
@@ -281,10 +283,7 @@ def _about(dim: str, found: Collected) -> dict[str, str]:
 
 
 def _attrs(found: Collected) -> dict[str, str]:
-    """What is said of a sweep's grid as a whole.
-
-    No conventions are claimed: those of CF take pressure for a height, and know no cells and no names on an axis.
-    """
+    """What is said of a sweep's grid as a whole."""
     about = {
         "title": f"summaries of the runs of sweep {found.name}",
         "source": "simulation by snowrepro",
