@@ -130,7 +130,7 @@ def classify(
     Raises DataError for data that cannot be classified and ConfigError for wrong settings.
     """
     if isinstance(data, xr.Dataset):
-        data = cf.as_read(data)
+        data = cf.run_as_read(data)
     motion = motion_of(data, mass=mass, release=release, grid_spacing=grid_spacing, cell_mass=cell_mass)
     if analysis is None:
         analysis = own_analysis(data) if isinstance(data, xr.Dataset) else usual_analysis()

@@ -26,7 +26,7 @@ FOUND_BY = ("bonds", "classify", "definitions", "fragments", "hardness", "motion
 
 def summarise(dataset: xr.Dataset, analysis: Analysis | None = None) -> dict[str, Any]:
     """The summary row of a run: what it was, what broke, what had to be bounded, what it cost."""
-    dataset = cf.as_read(dataset)
+    dataset = cf.run_as_read(dataset)
     return _row(dataset, _classified(dataset, analysis))
 
 

@@ -6,8 +6,8 @@ and ``open_sweep`` give:
 * A particle is a trajectory: ``particle_id`` names it, the coordinates ``x`` and ``y`` (snapshot, particle) say where
   it is.  In Python these are ``position`` (snapshot, particle, axis), and so is ``velocity``.
 * UDUNITS knows no cells.  They are a count, so ``units`` leaves them out, and ``reading_units`` has them.
-* Names along a dimension are labels: ``sintering_label`` along ``sintering``.  A dimension ``pressure`` would be taken
-  for height: it is ``nominal_pressure``.
+* Names along a dimension are labels: ``sintering_label`` along ``sintering``.
+* Coordinates in units of pressure are heights.  A sweep's ``pressure`` is none: it is data along ``nominal_pressure``.
 
 No featureType is claimed.  All data of a file must then be of that type (CF 9.4), and those over ``frame`` are of the
 whole snow; and a trajectory must have a date and two horizontal places (9.1), which a simulated slice has not.
@@ -27,6 +27,7 @@ AXIS = {"long_name": "horizontal and upward axis", "units": "1"}
 DIRECTIONS = {"x": "horizontal", "y": "upward"}
 PLACES = {"x": {}, "y": {"axis": "Z", "positive": "up"}}  # checkers take an axis X for a longitude
 KNOWN = re.compile(r"1|(kg|s|m|cm|mm|km)(-?\d+)?( (kg|s|m|cm|mm|km)(-?\d+)?)*")  # of the texts of ``units.text``
+LABEL = "_label"
 CELLS = "Cells are a count: 'units' leaves them out, 'reading_units' has them."
 OF_FILES = ("Conventions", "history", "units_comment")  # attributes
 
@@ -65,15 +66,37 @@ def run_as_file(dataset: xr.Dataset, history: str) -> xr.Dataset:
     return as_file(written.assign_coords(particle_id=("particle", ids, about)), history)
 
 
-def as_read(dataset: xr.Dataset) -> xr.Dataset:
+def run_as_read(dataset: xr.Dataset) -> xr.Dataset:
     """The run of a file as ``simulate`` gave it, nothing read yet; any other Dataset as it is."""
     if "config" not in dataset.attrs or "particle_id" not in dataset.coords:
         return dataset
     wholes = {name: _together(dataset, name) for name in PARTS}
-    rest = dataset.drop_vars(["particle_id", *(part for parts in PARTS.values() for part in parts)]).copy()
+    rest = dataset.drop_vars(["particle_id", *(part for parts in PARTS.values() for part in parts)])
     coords = {**rest.coords, "axis": ("axis", [*DIRECTIONS], AXIS)}
-    attrs = {name: value for name, value in dataset.attrs.items() if name not in OF_FILES}
-    read = xr.Dataset({**wholes, **rest.data_vars}, coords, attrs)
+    return _as_read(xr.Dataset({**wholes, **rest.data_vars}, coords, dataset.attrs), dataset)
+
+
+def sweep_as_file(grid: xr.Dataset, history: str) -> xr.Dataset:
+    """A sweep's grid as it is written: names as labels.  ``history`` as in ``as_file``."""
+    named = [dim for dim in grid.dims if grid[dim].dtype.kind not in "iuf"]
+    labelled = grid.reset_index([*named, "pressure"]).rename_vars({dim: f"{dim}{LABEL}" for dim in named})
+    return as_file(labelled.reset_coords("pressure").rename_dims(pressure="nominal_pressure"), history)
+
+
+def sweep_as_read(dataset: xr.Dataset) -> xr.Dataset:
+    """The sweep's grid of a file as ``open_sweep`` gave it; any other Dataset as it is."""
+    if "nominal_pressure" not in dataset.dims:
+        return dataset
+    labels = {str(name).removesuffix(LABEL): name for name in dataset.coords if str(name).endswith(LABEL)}
+    read = dataset.swap_dims(nominal_pressure="pressure", **labels)
+    return _as_read(read.rename({label: dim for dim, label in labels.items()}), dataset)
+
+
+def _as_read(changed: xr.Dataset, dataset: xr.Dataset) -> xr.Dataset:
+    """What ``dataset`` was ``changed`` to, with the units of the reading and without what is said of files."""
+    read = changed.copy()
+    for name in OF_FILES:
+        read.attrs.pop(name, None)
     for variable in read.variables.values():
         variable.encoding.pop("coordinates", None)  # names those of the file
         if "reading_units" in variable.attrs:
@@ -81,13 +104,6 @@ def as_read(dataset: xr.Dataset) -> xr.Dataset:
     read.encoding = dataset.encoding
     read.set_close(dataset.close)
     return read
-
-
-def sweep_as_file(grid: xr.Dataset, history: str) -> xr.Dataset:
-    """A sweep's grid as it is written: names as labels.  ``history`` as in ``as_file``."""
-    named = [dim for dim in grid.dims if grid[dim].dtype.kind not in "iuf"]
-    written = grid.reset_index(named).rename_vars({dim: f"{dim}_label" for dim in named})
-    return as_file(written.rename(pressure="nominal_pressure"), history)
 
 
 def _without_cells(unit: str) -> str:

@@ -85,7 +85,7 @@ def open_run(id_or_path: str | Path, store: str | Path = "runs") -> xr.Dataset:
         path = candidate / RESULT if candidate.is_dir() else candidate
         if path.is_file():
             try:
-                return cf.as_read(xr.open_dataset(path))
+                return cf.run_as_read(xr.open_dataset(path))
             except (OSError, ValueError) as error:
                 raise StoreError(f"{path} cannot be read as a run: {error}") from error
     raise StoreError(f"there is no run '{id_or_path}': neither a file nor an id in the folder '{store}'")

@@ -27,6 +27,8 @@ ALWAYS = ("pressure", "shape", "floor", "sintering", "seed")
 TOLD = (*ALWAYS, "scene")  # a scene is a shape and a floor
 NOT_ASKED = "not asked for"
 MOST_CELLS = 2_000_000  # of a grid: half a kilobyte each
+LEAST_PACKED = 100  # numbers: fewer take more room packed
+PACKED = {"zlib": True, "complevel": 1}
 MOST_NAMED = 50
 MOST_LETTERS = 80
 MADE = ("created", "git_state", "versions", "machine")
@@ -72,16 +74,28 @@ class _Finding:
     made: tuple[str, ...] | None = None
 
 
-def open_sweep(name: str, store: str | Path = "runs") -> xr.Dataset:
+def open_sweep(name: str | Path, store: str | Path = "runs") -> xr.Dataset:
     """The summary rows of a recorded sweep's finished runs, on a grid.
 
     Dimensions are pressure, shape, floor, sintering and seed, always, and one for each further key that the sweep
     varies, with its values as text: numbers rise, names come as they were asked for.  Variables: every column of
     the summaries as float (counts and yes/no too), NaN where there is no result, or as text, empty there; and
     ``state`` and ``run_id`` of each run.  A cell that the sweep does not ask for has the state "not asked for".
+    ``name`` may also be the path of a results.nc: then the grid is the one that was written there.
     Raises ConfigError where there is no such sweep, or where it makes no grid; then ``sweep_table`` still works.
     """
-    return grid_of(collect(record.plan_of(name, store)))
+    if Path(name).name == NETCDF:
+        return _written(Path(name))
+    return grid_of(collect(record.plan_of(str(name), store)))
+
+
+def _written(path: Path) -> xr.Dataset:
+    """The grid of a results.nc.  Raises ConfigError if there is none."""
+    try:
+        with xr.open_dataset(path) as dataset:
+            return cf.sweep_as_read(dataset.load())
+    except (OSError, ValueError) as error:
+        raise ConfigError(f"{path} cannot be read as the results of a sweep: {error}") from error
 
 
 def sweep_table(name: str, store: str | Path = "runs") -> pd.DataFrame:
@@ -109,10 +123,10 @@ def write_results(plan: Plan) -> Path:
         log.warning("no %s: %s", NETCDF, error)
         (folder / NETCDF).unlink(missing_ok=True)
         return folder
-    packed = {name: {"zlib": True, "complevel": 1} for name in grid.data_vars if grid[name].dtype == float}
+    numbers = [name for name in grid.data_vars if grid[name].dtype == float and grid[name].size >= LEAST_PACKED]
     written = cf.sweep_as_file(grid, f"{grid.attrs.get('created', '')} put together by snowrepro".strip())
     with published(folder / NETCDF) as partial:
-        written.to_netcdf(partial, engine="netcdf4", encoding=packed)
+        written.to_netcdf(partial, engine="netcdf4", encoding={name: PACKED for name in numbers})
     return folder
 
 
