@@ -81,10 +81,10 @@ def open_sweep(name: str | Path, store: str | Path = "runs") -> xr.Dataset:
     varies, with its values as text: numbers rise, names come as they were asked for.  Variables: every column of
     the summaries as float (counts and yes/no too), NaN where there is no result, or as text, empty there; and
     ``state`` and ``run_id`` of each run.  A cell that the sweep does not ask for has the state "not asked for".
-    ``name`` may also be the path of a results.nc: then the grid is the one that was written there.
+    ``name`` may also be the path of a results.nc: then the grid is the one that it holds.
     Raises ConfigError where there is no such sweep, or where it makes no grid; then ``sweep_table`` still works.
     """
-    if Path(name).name == NETCDF:
+    if Path(name).suffix == ".nc":
         return _written(Path(name))
     return grid_of(collect(record.plan_of(str(name), store)))
 
