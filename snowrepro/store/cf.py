@@ -51,7 +51,9 @@ def as_file(dataset: xr.Dataset, history: str) -> xr.Dataset:
 
 
 def run_as_file(dataset: xr.Dataset, history: str) -> xr.Dataset:
-    """A run as it is written: particles as trajectories.  ``history`` as in ``as_file``."""
+    """A run as it is written: particles as trajectories, if it has any.  ``history`` as in ``as_file``."""
+    if not {*PARTS, "axis"} <= {*dataset.variables}:
+        return as_file(dataset, history)
     parts = {}
     for name, names in PARTS.items():
         for part, axis in zip(names, dataset["axis"].values, strict=True):
