@@ -13,6 +13,7 @@ from pydantic import ValidationError
 
 from ..config import Analysis
 from ..errors import ConfigError, DataError
+from ..store import cf
 from ..store.files import published
 from .bonds import BondHistory, Bonds, Extremes, lay_bonds
 from .definitions import DEFINITIONS
@@ -93,11 +94,18 @@ class Classified:
             {
                 "fragment": (("snapshot", "particle"), label.astype(np.int32), about),
                 "in_lump": (("snapshot", "particle"), lump.astype(np.int8), {"long_name": "1 in a lump", "units": "1"}),
-                **bond_variables(self.bonds, self.history),
+                **bond_variables(self.bonds, self.history, self.motion.unit),
                 **broken_variables(self.broken),
             },
-            {"snapshot": frames, "state": self.broken.index.to_numpy()},
-            {"release_frame": self.motion.release, "analysis": self.analysis.model_dump_json()},
+            {
+                "snapshot": ("snapshot", frames, {"long_name": "frame of these fragments", "units": "1"}),
+                "state": ("state", self.broken.index.to_numpy(), {"long_name": "frame of a state", "units": "1"}),
+            },
+            {
+                "title": "fragments of snow",
+                "release_frame": self.motion.release,
+                "analysis": self.analysis.model_dump_json(),
+            },
         )
 
 
@@ -121,6 +129,8 @@ def classify(
     default as the run itself was asked for, or as conf/analysis/bonds.yaml says.
     Raises DataError for data that cannot be classified and ConfigError for wrong settings.
     """
+    if isinstance(data, xr.Dataset):
+        data = cf.run_as_read(data)
     motion = motion_of(data, mass=mass, release=release, grid_spacing=grid_spacing, cell_mass=cell_mass)
     if analysis is None:
         analysis = own_analysis(data) if isinstance(data, xr.Dataset) else usual_analysis()
@@ -164,7 +174,7 @@ def write(found: Classified, folder: Path) -> None:
     with published(folder / "fragments.csv") as partial:
         found.table().to_csv(partial, index=False, float_format="%.6g", lineterminator="\n")
     with published(folder / "fragments.nc") as partial:
-        found.to_dataset().to_netcdf(partial, engine="netcdf4")
+        cf.as_file(found.to_dataset(), "classified by snowrepro").to_netcdf(partial, engine="netcdf4")
 
 
 def with_settings(analysis: Analysis, settings: dict[str, Any]) -> Analysis:
@@ -180,11 +190,12 @@ def with_settings(analysis: Analysis, settings: dict[str, Any]) -> Analysis:
         raise ConfigError(wrong) from error
 
 
-def bond_variables(bonds: Bonds, history: BondHistory) -> dict[str, tuple]:
-    """Bonds and their extremes as variables of a Dataset, half a kilobyte a dozen."""
+def bond_variables(bonds: Bonds, history: BondHistory, unit: str) -> dict[str, tuple]:
+    """Bonds and their extremes as variables of a Dataset, half a kilobyte a dozen; ``unit`` of the places, or empty."""
+    length = {"long_name": "length at release", "units": unit or "unknown"}
     return {
         "pair": (("bond", "end"), bonds.pairs.astype(np.int32), {"long_name": "bonded particles", "units": "1"}),
-        "length": ("bond", bonds.length.astype(np.float32), {"long_name": "length at release, unit of the places"}),
+        "length": ("bond", bonds.length.astype(np.float32), length),
         "stretch": ("bond", history.stretch.astype(np.float32), {"long_name": "largest log strain", "units": "1"}),
         "crush": ("bond", history.crush.astype(np.float32), {"long_name": "smallest log strain", "units": "1"}),
     }

@@ -23,7 +23,8 @@ class Motion:
     ``frames`` (t,): numbers of the states, rising; ``time`` (t,) of each [s], or the frame numbers where unknown;
     ``position`` (t, n, 2 or 3); ``velocity`` likewise where the data has it, read when used; ``mass`` (n,);
     ``grid_spacing`` in the unit of the positions; ``cell_mass``: of unpressed snow in a cell of the paper's grid;
-    ``vanished`` (t, n): particles that are no longer there.  ``assumed``: what the data does not say, in words.
+    ``vanished`` (t, n): particles that are no longer there.  ``unit``: that of the positions, empty where unknown.
+    ``assumed``: what the data does not say, in words.
     """
 
     frames: np.ndarray
@@ -34,6 +35,7 @@ class Motion:
     grid_spacing: float
     cell_mass: float
     vanished: np.ndarray
+    unit: str = ""
     assumed: list[str] = field(default_factory=list)
 
     @property
@@ -106,6 +108,7 @@ def motion_of(
         spacing,
         float(cell_mass),
         vanished,
+        str(position.attrs.get("units", "")),
         assumed,
     )
 

@@ -15,7 +15,7 @@ import xarray as xr
 from ..config import Analysis, Config
 from ..errors import StoreError
 from ..mpm.diagnostics import unclosed_share
-from ..store import runs
+from ..store import cf, runs
 from . import hardness
 from .classify import Classified, bond_variables, broken_variables, classify
 from .definitions import DEFINITIONS
@@ -26,6 +26,7 @@ FOUND_BY = ("bonds", "classify", "definitions", "fragments", "hardness", "motion
 
 def summarise(dataset: xr.Dataset, analysis: Analysis | None = None) -> dict[str, Any]:
     """The summary row of a run: what it was, what broke, what had to be bounded, what it cost."""
+    dataset = cf.run_as_read(dataset)
     return _row(dataset, _classified(dataset, analysis))
 
 
@@ -125,7 +126,7 @@ def _seen(found: Classified) -> xr.Dataset:
     """See ``bonds_of``."""
     return xr.Dataset(
         {
-            **bond_variables(found.bonds, found.history),
+            **bond_variables(found.bonds, found.history, found.motion.unit),
             **broken_variables(found.broken),
             "fragment_mass": ("fragment", found.last.mass, {"long_name": "mass of each fragment, falling"}),
             "mass": ("particle", found.motion.mass, {"long_name": "mass of each particle"}),

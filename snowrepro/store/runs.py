@@ -23,7 +23,7 @@ import xarray as xr
 
 from ..config import MODEL_VERSION, Config
 from ..errors import StoreError
-from . import lease, manifest
+from . import cf, lease, manifest
 from .bits import digests
 from .cost import kind_of
 from .files import flush, published, read_json, write_json, writing
@@ -78,12 +78,15 @@ def is_current(config: Config) -> bool:
 
 
 def open_run(id_or_path: str | Path, store: str | Path = "runs") -> xr.Dataset:
-    """Open a run by its id in ``store`` or by the path of its file or folder.  Raises StoreError if there is none."""
+    """Open a run by its id in ``store`` or by the path of its file or folder, as ``simulate`` gave it.
+
+    Another code's file is opened as it is.  Raises StoreError if there is no such file or it cannot be read.
+    """
     for candidate in (Path(id_or_path), Path(store) / id_or_path):
         path = candidate / RESULT if candidate.is_dir() else candidate
         if path.is_file():
             try:
-                return xr.open_dataset(path)
+                return cf.run_as_read(xr.open_dataset(path))
             except (OSError, ValueError) as error:
                 raise StoreError(f"{path} cannot be read as a run: {error}") from error
     raise StoreError(f"there is no run '{id_or_path}': neither a file nor an id in the folder '{store}'")
@@ -100,11 +103,12 @@ def save(dataset: xr.Dataset, config: Config, facts: Mapping[str, Any] | None = 
     origin = provenance()
     dataset = dataset.assign_attrs(run_id=identify(config), seed=config.seed, **rounded, **origin)
     packed = {"zlib": True, "complevel": 1, "shuffle": True}
-    encoding = {name: packed for name in dataset.data_vars if "snapshot" in dataset[name].dims}
+    written = cf.run_as_file(dataset, f"{origin['created']} simulated by snowrepro")
+    encoding = {name: packed for name in written.variables if {"snapshot", "particle"} <= {*written[name].dims}}
     try:
         with writing(run_dir(config) / RESULT):
             folder.mkdir(parents=True)
-            dataset.to_netcdf(folder / RESULT, engine="netcdf4", encoding=encoding)
+            written.to_netcdf(folder / RESULT, engine="netcdf4", encoding=encoding)
             flush(folder / RESULT)
             if (work / LOG).exists():
                 shutil.copyfile(work / LOG, folder / LOG)

@@ -15,7 +15,7 @@ from ..analysis.columns import ASKED, Column, columns_of
 from ..analysis.summary import row_of
 from ..config import Config
 from ..errors import ConfigError, StoreError
-from ..store import manifest, runs, states
+from ..store import cf, manifest, runs, states
 from ..store.files import published
 from . import record
 from .plan import Plan
@@ -27,6 +27,8 @@ ALWAYS = ("pressure", "shape", "floor", "sintering", "seed")
 TOLD = (*ALWAYS, "scene")  # a scene is a shape and a floor
 NOT_ASKED = "not asked for"
 MOST_CELLS = 2_000_000  # of a grid: half a kilobyte each
+LEAST_PACKED = 100  # numbers: fewer take more room packed
+PACKED = {"zlib": True, "complevel": 1}
 MOST_NAMED = 50
 MOST_LETTERS = 80
 MADE = ("created", "git_state", "versions", "machine")
@@ -72,16 +74,28 @@ class _Finding:
     made: tuple[str, ...] | None = None
 
 
-def open_sweep(name: str, store: str | Path = "runs") -> xr.Dataset:
+def open_sweep(name: str | Path, store: str | Path = "runs") -> xr.Dataset:
     """The summary rows of a recorded sweep's finished runs, on a grid.
 
     Dimensions are pressure, shape, floor, sintering and seed, always, and one for each further key that the sweep
     varies, with its values as text: numbers rise, names come as they were asked for.  Variables: every column of
     the summaries as float (counts and yes/no too), NaN where there is no result, or as text, empty there; and
     ``state`` and ``run_id`` of each run.  A cell that the sweep does not ask for has the state "not asked for".
+    ``name`` may also be the path of a results.nc: then the grid is the one that it holds.
     Raises ConfigError where there is no such sweep, or where it makes no grid; then ``sweep_table`` still works.
     """
-    return grid_of(collect(record.plan_of(name, store)))
+    if Path(name).suffix == ".nc":
+        return _written(Path(name))
+    return grid_of(collect(record.plan_of(str(name), store)))
+
+
+def _written(path: Path) -> xr.Dataset:
+    """The grid of a results.nc.  Raises ConfigError if there is none."""
+    try:
+        with xr.open_dataset(path) as dataset:
+            return cf.sweep_as_read(dataset.load())
+    except (OSError, ValueError) as error:
+        raise ConfigError(f"{path} cannot be read as the results of a sweep: {error}") from error
 
 
 def sweep_table(name: str, store: str | Path = "runs") -> pd.DataFrame:
@@ -104,7 +118,8 @@ def write_results(plan: Plan) -> Path:
 def write_tables(found: Collected, folder: Path) -> None:
     """Write results.csv and results.nc into a folder.
 
-    The same store gives the same bytes.  Where the runs make no grid there is no results.nc, and the log says why.
+    The same store gives the same bytes.  results.nc is the grid by the CF conventions: see ``store.cf``.  Where the
+    runs make no grid there is no results.nc, and the log says why.
     """
     with published(folder / CSV) as partial:
         found.table.to_csv(partial, index=False, lineterminator="\n")
@@ -114,9 +129,10 @@ def write_tables(found: Collected, folder: Path) -> None:
         log.warning("no %s: %s", NETCDF, error)
         (folder / NETCDF).unlink(missing_ok=True)
         return
-    packed = {name: {"zlib": True, "complevel": 1} for name in grid.data_vars if grid[name].dtype == float}
+    numbers = [name for name in grid.data_vars if grid[name].dtype == float and grid[name].size >= LEAST_PACKED]
+    written = cf.sweep_as_file(grid, f"{grid.attrs.get('created', '')} put together by snowrepro".strip())
     with published(folder / NETCDF) as partial:
-        grid.to_netcdf(partial, engine="netcdf4", encoding=packed)
+        written.to_netcdf(partial, engine="netcdf4", encoding={name: PACKED for name in numbers})
 
 
 def collect(plan: Plan) -> Collected:
@@ -286,10 +302,7 @@ def _about(dim: str, found: Collected) -> dict[str, str]:
 
 
 def _attrs(found: Collected) -> dict[str, str]:
-    """What is said of a sweep's grid as a whole.
-
-    No conventions are claimed: those of CF take pressure for a height, and know no cells and no names on an axis.
-    """
+    """What is said of a sweep's grid as a whole."""
     about = {
         "title": f"summaries of the runs of sweep {found.name}",
         "source": "simulation by snowrepro",

@@ -60,7 +60,8 @@ def test_a_run_explains_itself_and_is_found_done(snowrepro, tmp_path):
     (path,) = results(tmp_path)
     assert first.stdout.splitlines()[-1] == str(path.relative_to(tmp_path))
     with xr.open_dataset(path) as run:
-        assert {"position", "velocity", "density", "young", "poisson", "hardening", "J_P", "von_mises"} <= set(run)
+        assert {"x", "y", "snapshot_time"} <= set(run.coords) and run.attrs["Conventions"].startswith("CF-")
+        assert {"velocity_x", "velocity_y", "density", "young", "poisson", "hardening", "J_P", "von_mises"} <= set(run)
         assert {"substeps", "total_mass", "momentum_x", "kinetic_energy", "poisson_capped"} <= set(run)
         assert all(run[name].attrs.get("units") for name in run.variables)
         assert {"config", "versions", "seed", "git_state", "machine", "run_id"} <= set(run.attrs)

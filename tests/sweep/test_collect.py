@@ -100,9 +100,7 @@ def test_results_are_files(swept):
     table = snowrepro.sweep_table(folder.name, store)
     pd.testing.assert_frame_equal(pd.read_csv(folder / "results.csv"), table, check_dtype=False, rtol=0, atol=0)
     grid = snowrepro.open_sweep(folder.name, store)
-    with xr.open_dataset(folder / "results.nc") as opened:
-        xr.testing.assert_identical(opened.load(), grid)
-        assert "_FillValue" not in opened["pressure"].encoding
+    xr.testing.assert_identical(snowrepro.open_sweep(folder / "results.nc"), grid)
     first = {name: (folder / name).read_bytes() for name in ("results.csv", "results.nc")}
     time.sleep(1.1)  # HDF5 could stamp its objects with the second
     collect.write_results(plan)
@@ -235,6 +233,10 @@ def test_only_some_of_many_missing_runs_are_named():
 
 def test_a_sweep_that_is_not_there(swept):
     store, _ = swept
+    with pytest.raises(
+        ConfigError, match=r"nowhere/results.nc cannot be read as the results of a sweep: .*No such file"
+    ):
+        snowrepro.open_sweep("nowhere/results.nc")
     with pytest.raises(ConfigError, match=r"there is no sweep 'mine' .*; there are: .*fidelity=preview"):
         snowrepro.open_sweep("mine", store)
     with pytest.raises(ConfigError, match="there are: none yet"):
