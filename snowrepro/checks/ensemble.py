@@ -4,8 +4,8 @@ Paired first.  A seed gives the same particles, so its run differs from the refe
 as nothing changed; what rounding does is known from twins, the same runs with fixed-point sums.  The statistic is the
 largest mean difference over seeds, of any measure in any cell (sintering, pressure), in units of what rounding does to
 a run there, or of LEAST of the spread over seeds where that is more.  Its critical value is resampled: seeds of the
-twins are drawn with replacement, all cells and measures of a seed together, and LEVEL of the draws stay below it; where
-it comes out below one unit it is one.
+twins are drawn with replacement, all cells and measures of a seed together, for the means and again for the unit;
+LEVEL of the draws stay below it.  It is one unit at least.
 
 Beyond it the result has changed.  A second statistic then says whether by more than other seeds would: the largest
 difference of the means, in units of the spread over seeds, beside the critical value that draws of the reference's own
@@ -42,6 +42,7 @@ LEVEL = 0.99
 RESAMPLES = 4000
 RNG_SEED = 7
 LEAST = 0.1  # of the spread over seeds: a mean may differ by so much, however little rounding does
+TINY = 1e-30
 ROUND_OFF = 1e-9  # of a number's size, where seeds make no difference
 SHIFT = 0.05  # of the mass in lumps, that the power is told for
 
@@ -133,25 +134,24 @@ def cube(rows: pd.DataFrame) -> pd.DataFrame:
 
 def paired(now: pd.DataFrame, ours: pd.DataFrame, twins: pd.DataFrame) -> Test:
     """The largest mean difference seed by seed, beside what rounding does."""
-    scale = rounding_scale(ours, twins)
-    away = (np.abs((now - ours.loc[now.index]).mean()) / scale).fillna(np.inf)
-    return Test(float(away.max()), max(1.0, _critical(twins - ours, scale, len(now))), _where(away))
+    away = (np.abs((now - ours.loc[now.index]).mean()) / rounding_scale(ours, twins)).fillna(np.inf)
+    return Test(float(away.max()), max(1.0, _critical(ours, twins, len(now))), _where(away))
 
 
 def unpaired(now: pd.DataFrame, ours: pd.DataFrame) -> Test:
     """The largest difference of the means, beside what other seeds do."""
-    scale = seed_scale(ours)
-    away = (np.abs(now.mean() - ours.mean()) / scale).fillna(np.inf)
-    standard = ((ours - ours.mean()) / scale).to_numpy()
+    away = (np.abs(now.mean() - ours.mean()) / seed_scale(ours)).fillna(np.inf)
+    values, least = ours.to_numpy(), ROUND_OFF * np.maximum(ours.abs().mean(), TINY).to_numpy()
     rng = np.random.default_rng(RNG_SEED)
-    drawn = [standard[rng.integers(len(ours), size=(RESAMPLES, n))].mean(axis=1) for n in (len(now), len(ours))]
-    largest = np.abs(drawn[0] - drawn[1]).max(axis=1)
+    others, own = (values[rng.integers(len(ours), size=(RESAMPLES, n))] for n in (len(now), len(ours)))
+    units = np.maximum(own.std(axis=1, ddof=1), least)
+    largest = (np.abs(others.mean(axis=1) - own.mean(axis=1)) / units).max(axis=1)
     return Test(float(away.max()), float(np.quantile(largest, LEVEL)), _where(away))
 
 
 def seed_scale(ours: pd.DataFrame) -> pd.Series:
     """Spread over seeds; where seeds make no difference, what is round-off in such a number."""
-    return np.maximum(ours.std(), ROUND_OFF * np.maximum(ours.abs().mean(), 1e-30))
+    return np.maximum(ours.std(), ROUND_OFF * np.maximum(ours.abs().mean(), TINY))
 
 
 def rounding_scale(ours: pd.DataFrame, twins: pd.DataFrame) -> pd.Series:
@@ -159,11 +159,15 @@ def rounding_scale(ours: pd.DataFrame, twins: pd.DataFrame) -> pd.Series:
     return np.maximum(np.sqrt(((twins - ours) ** 2).mean()), LEAST * seed_scale(ours))
 
 
-def _critical(differences: pd.DataFrame, scale: pd.Series, count: int) -> float:
-    """What the largest mean of ``count`` seeds stays below at LEVEL."""
-    standard = (differences / scale).to_numpy()
-    drawn = np.random.default_rng(RNG_SEED).integers(len(standard), size=(RESAMPLES, count))
-    return float(np.quantile(np.abs(standard[drawn].mean(axis=1)).max(axis=1), LEVEL))
+def _critical(ours: pd.DataFrame, twins: pd.DataFrame, count: int) -> float:
+    """What the largest mean of ``count`` seeds stays below at LEVEL, where the unit is known as badly as here."""
+    values, differences = ours.to_numpy(), (twins - ours).to_numpy()
+    rng = np.random.default_rng(RNG_SEED)
+    of_means, of_units = (rng.integers(len(ours), size=(RESAMPLES, n)) for n in (count, len(ours)))
+    least = np.maximum(LEAST * values[of_units].std(axis=1, ddof=1), LEAST * ROUND_OFF * np.abs(values).mean(axis=0))
+    units = np.maximum(np.sqrt((differences[of_units] ** 2).mean(axis=1)), np.maximum(least, TINY))
+    largest = np.abs(differences[of_means].mean(axis=1) / units).max(axis=1)
+    return float(np.quantile(largest, LEVEL))
 
 
 def _margin(ours: pd.DataFrame, twins: pd.DataFrame, critical: float, count: int) -> tuple[str, str]:

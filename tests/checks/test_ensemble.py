@@ -41,8 +41,8 @@ def test_the_same_runs_are_the_same(reference):
 
 def test_rounding_alone_is_left_alone(reference):
     """In all but the few that its level allows."""
-    states = [ensemble.compare("fig5", members(range(3), rounding=n), reference).state for n in range(100)]
-    assert states.count(OK) >= 97
+    states = [ensemble.compare("fig5", members(range(3), rounding=n), reference).state for n in range(40)]
+    assert states.count(OK) >= 39
 
 
 @pytest.mark.parametrize("measure", ["lump_fraction", "fragments"])
