@@ -27,9 +27,9 @@ def check_command(options: argparse.Namespace) -> ExitCode:
         return _try_mutants(options, out)
     findings = []
     for found in check(asked):
-        say(outputs.line(found))
         findings.append(found)
         outputs.write(findings, _about(options), out, finished=False)
+        say(outputs.line(found))
     outputs.write(findings, _about(options), out)
     print("\n".join([*outputs.text(findings), "", outputs.verdict(findings)]))
     say(f"written: {', '.join(str(out / name) for name in outputs.FILES)}")
