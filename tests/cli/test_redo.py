@@ -68,7 +68,7 @@ def test_checksums_of_arrays_are_of_bits_alone(made, small_run):
     """The same from memory, from the file, in any byte order; one bit, one type or one dimension makes another."""
     folder = made()
     expected = manifest.read(folder)["arrays"]
-    with xr.open_dataset(folder / "run.nc") as opened:
+    with runs.open_run(folder) as opened:
         assert digests(opened) == expected == digests(small_run)
     assert set(expected) == set(map(str, small_run.variables))
     swapped = small_run.assign(density=small_run["density"].astype(">f4"))
