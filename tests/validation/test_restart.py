@@ -68,7 +68,7 @@ def test_twenty_kills(tmp_path):
     assert sorted(p.name for p in result.parent.iterdir()) == [
         "analysis.nc", "manifest.json", "run.log", "run.nc", "summary.json",
     ]  # fmt: skip
-    with xr.open_dataset(result) as resumed:
+    with runs.open_run(result) as resumed:
         assert_same_bits(resumed.load(), simulate(compose(LONG)))
 
 
@@ -94,7 +94,7 @@ def test_a_broken_or_foreign_checkpoint_is_not_used(tmp_path, monkeypatch):
     assert runs.checkpoint(config) is None
     monkeypatch.undo()
     path.write_bytes(content[:1000])
-    with xr.open_dataset(run(config)) as done:
+    with runs.open_run(run(config)) as done:
         assert_same_bits(done.load(), whole)
     assert not path.exists()
 
