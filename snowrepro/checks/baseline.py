@@ -8,7 +8,7 @@
 ``log.md``          what each renewal changed, the last first
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -86,6 +86,12 @@ def write(
     renewed = [*(["fingerprints"] if platforms is not None else []), *tables]
     write_json(folder / ORIGIN, {**baseline.origin, **{part: said for part in renewed}})
     _log(folder / LOG, said, changes)
+
+
+def by_name(column: str, before: pd.DataFrame, after: pd.DataFrame) -> Iterator[tuple[str, pd.DataFrame, pd.DataFrame]]:
+    """Each name that a renewed table has in a column, with the old rows, if there are any, and the new ones."""
+    for name, new in after.groupby(column, sort=False):
+        yield str(name), before[before[column] == name] if len(before) else before, new
 
 
 def _log(path: Path, said: Mapping[str, Any], changes: Mapping[str, Sequence[str]]) -> None:

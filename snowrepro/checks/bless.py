@@ -9,7 +9,7 @@ from ..store.provenance import environment, git_changes
 from ..sweep.plan import Plan
 from . import baseline, cases, ensemble, fingerprints, horizon, verdicts
 from .baseline import Baseline
-from .check import PAPER_SEEDS, Asked
+from .check import Asked
 
 LEAST_LETTERS = 10  # of a reason
 
@@ -105,9 +105,9 @@ def _members(experiment: str, asked: Asked) -> pd.DataFrame:
 
 def _verdicts(asked: Asked) -> Iterator[pd.DataFrame]:
     """The verdicts that a check compares with, and those of a full one if they are asked for."""
-    sizes = [(ensemble.FEW_SEEDS, "preview"), (ensemble.SEEDS, "preview")] + [(PAPER_SEEDS, "paper")] * asked.full
-    wanted = [(name, asked.runs(name, *size)) for name in asked.experiments for size in sizes]
-    for experiment, overrides in [*wanted, *[("grid", asked.runs("grid", 1))] * asked.full]:
+    sizes = (ensemble.FEW_SEEDS, ensemble.SEEDS)
+    wanted = [(name, asked.runs(name, seeds)) for name in asked.experiments for seeds in sizes]
+    for experiment, overrides in [*wanted, *(asked.further() if asked.full else [])]:
         plan = ensemble.run(overrides)
         _require_results(plan)
         yield verdicts.table(experiment, plan)

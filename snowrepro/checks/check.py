@@ -11,7 +11,7 @@ from . import baseline, cases, ensemble, fingerprints, horizon, invariances, ver
 from .baseline import Baseline
 from .finding import FAILED, MOVED, NOT_MEASURED, TIERS, Finding
 
-PAPER_SEEDS = 3  # of the full check's runs at the paper's fidelity
+AT_PAPER_FIDELITY, PAPER_SEEDS = "fig5", 3  # what of a full check is as fine as the paper
 
 
 @dataclass(frozen=True)
@@ -19,8 +19,8 @@ class Asked:
     """What a check is to look at.
 
     ``baseline``: folder of the references; ``store``: for the runs of tiers 3 and 4, done again where code or
-    environment changed, ``workers`` at a time (0: as many as cores).  ``full``: more seeds, the paper's fidelity, and
-    all scenes.  ``cases``, ``experiments``: that tiers 1 and 2, or 3 and 4, look at.
+    environment changed, ``workers`` at a time (0: as many as cores).  ``full``: more seeds, Figure 5 at the paper's
+    fidelity, all scenes.  ``cases``, ``experiments``: that tiers 1 and 2, or 3 and 4, look at.
     """
 
     baseline: Path
@@ -34,6 +34,13 @@ class Asked:
     def runs(self, experiment: str, seeds: int, fidelity: str = ensemble.FIDELITY) -> list[str]:
         """The overrides that ask for an experiment's runs."""
         return ensemble.overrides(experiment, self.store, seeds, fidelity=fidelity, workers=self.workers)
+
+    def further(self) -> list[tuple[str, list[str]]]:
+        """What a full check judges beside, with the overrides of each: a figure as fine as the paper, every scene."""
+        return [
+            (AT_PAPER_FIDELITY, self.runs(AT_PAPER_FIDELITY, PAPER_SEEDS, "paper")),
+            ("grid", self.runs("grid", 1)),
+        ]
 
 
 def check(asked: Asked) -> Iterator[Finding]:
@@ -94,9 +101,8 @@ def _figures(asked: Asked, kept: Baseline) -> Iterator[Finding]:
     for experiment in asked.experiments if tiers else ():
         yield from _figure(kept, tiers, experiment, asked.runs(experiment, seeds))
     if asked.full and 4 in tiers:
-        for experiment in asked.experiments:
-            yield from _figure(kept, [4], experiment, asked.runs(experiment, PAPER_SEEDS, "paper"))
-        yield from _figure(kept, [4], "grid", asked.runs("grid", 1))
+        for experiment, overrides in asked.further():
+            yield from _figure(kept, [4], experiment, overrides)
 
 
 def _without_reference(kept: Baseline, tiers: Collection[int]) -> Iterator[Finding]:

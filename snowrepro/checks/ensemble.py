@@ -26,6 +26,7 @@ from ..sweep.collect import collect
 from ..sweep.estimate import estimate
 from ..sweep.launch import launch
 from ..sweep.plan import Plan, make_plan
+from .baseline import by_name
 from .finding import FAILED, NOT_MEASURED, OK, REGRESSED, Finding
 
 EXPERIMENTS = ("fig5", "fig6")
@@ -190,16 +191,14 @@ def _where(away: pd.Series) -> str:
 
 def changes(before: pd.DataFrame, after: pd.DataFrame) -> list[str]:
     """What a new reference changes, in words."""
-    lines = []
-    for experiment, rows in after.groupby("experiment", sort=False):
-        own = before[before["experiment"] == experiment] if len(before) else before
-        if own.empty:
-            lines.append(f"{experiment}: {len(rows)} runs, new")
-            continue
-        old, new = (part.groupby(CELL)[list(MEASURES)].mean() for part in (own, rows))
-        moved = (new - old)["lump_fraction"]
-        lines.append(
-            f"{experiment}: mass in lumps {', '.join(f'{v:.3f}' for v in old['lump_fraction'])} -> "
-            f"{', '.join(f'{v:.3f}' for v in new['lump_fraction'])} (largest change {moved.abs().max():.2g})"
-        )
-    return lines
+    return [
+        f"{name}: {_change(old, new)}" if len(old) else f"{name}: {len(new)} runs, new"
+        for name, old, new in by_name("experiment", before, after)
+    ]
+
+
+def _change(old: pd.DataFrame, new: pd.DataFrame) -> str:
+    """The mass in lumps in each cell, before and now."""
+    before, now = (part.groupby(CELL)["lump_fraction"].mean() for part in (old, new))
+    told = [", ".join(f"{value:.3f}" for value in means) for means in (before, now)]
+    return f"mass in lumps {told[0]} -> {told[1]} (largest change {(now - before).abs().max():.2g})"

@@ -12,6 +12,7 @@ import pandas as pd
 from ..config import Config
 from ..mpm.state import TOTALS
 from ..scene.build import build_scene
+from .baseline import by_name
 from .cases import State, by_start, observe
 from .finding import NOT_MEASURED, OK, REGRESSED, Finding
 
@@ -79,11 +80,10 @@ def compare(case: str, found: pd.DataFrame, reference: pd.DataFrame) -> Finding:
 def changes(before: pd.DataFrame, after: pd.DataFrame) -> Sequence[str]:
     """What a new reference changes, case by case, in words."""
     lines = []
-    for case, now in after.groupby("case", sort=False):
-        old = before[before["case"] == case] if len(before) else before
-        if old.empty:
-            lines.append(f"{case}: {len(now)} numbers, new")
-            continue
-        found = compare(str(case), now, before)
-        lines.append(f"{case}: {found.measured} of the old reference{'; ' + found.note if found.note else ''}")
+    for case, old, new in by_name("case", before, after):
+        found = compare(case, new, old) if len(old) else None
+        note = f"; {found.note}" if found and found.note else ""
+        lines.append(
+            f"{case}: {found.measured} of the old reference{note}" if found else f"{case}: {len(new)} numbers, new"
+        )
     return lines
