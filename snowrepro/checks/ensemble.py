@@ -3,9 +3,9 @@
 Paired first.  A seed gives the same particles, so its run differs from the reference's run by rounding alone, as long
 as nothing changed; what rounding does is known from twins, the same runs with fixed-point sums.  The statistic is the
 largest mean difference over seeds, of any measure in any cell (sintering, pressure), in units of what rounding does to
-a run there, or of LEAST of the spread over seeds where that is more.  Its critical value is resampled: seeds of the
-twins are drawn with replacement, all cells and measures of a seed together, for the means and again for the unit;
-LEVEL of the draws stay below it.  It is one unit at least.
+a run there, or of LEAST of the measure's spread over seeds where that is more.  Its critical value is resampled: seeds
+of the twins are drawn with replacement, all cells and measures of a seed together, for the means and again for the
+unit; LEVEL of the draws stay below it.  It is one unit at least.
 
 Beyond it the result has changed.  A second statistic then says whether by more than other seeds would: the largest
 difference of the means, in units of the spread over seeds, beside the critical value that draws of the reference's own
@@ -40,7 +40,7 @@ MEASURES = (
 CELL = ["sintering", "pressure"]
 KEYS = ["experiment", *CELL, "seed", "summation"]
 LEVEL = 0.99
-RESAMPLES = 4000
+RESAMPLES = 2000
 RNG_SEED = 7
 LEAST = 0.1  # of the spread over seeds: a mean may differ by so much, however little rounding does
 TINY = 1e-30
@@ -118,14 +118,14 @@ def compare(experiment: str, found: pd.DataFrame, reference: pd.DataFrame) -> Fi
     rounding = paired(now, ours, twins)
     other = unpaired(now, ours)
     largest = float(np.abs(now - ours.loc[seeds]).to_numpy().max())
-    told = f"{rounding.value:.2g} units, {rounding.where}"
+    told = f"{rounding.value:.2g} of what rounding may do, {rounding.where}"
     measured = "every number is the same" if largest == 0.0 else told
     margin, power = _margin(ours, twins, rounding.critical, len(seeds))
     note = f"{len(seeds)} seeds; {margin}; {power}"
     if rounding.is_beyond:
         than = f"{'more' if other.is_beyond else 'no more'} than other seeds would do"
         note = f"{than} ({other.value:.2g}, critical {other.critical:.2g}, {other.where}); {note}"
-    return Finding(3, name, REGRESSED if rounding.is_beyond else OK, measured, f"{rounding.critical:.2g} units", note)
+    return Finding(3, name, REGRESSED if rounding.is_beyond else OK, measured, f"{rounding.critical:.2g}", note)
 
 
 def cube(rows: pd.DataFrame) -> pd.DataFrame:
@@ -141,32 +141,39 @@ def paired(now: pd.DataFrame, ours: pd.DataFrame, twins: pd.DataFrame) -> Test:
 
 def unpaired(now: pd.DataFrame, ours: pd.DataFrame) -> Test:
     """The largest difference of the means, beside what other seeds do."""
-    away = (np.abs(now.mean() - ours.mean()) / seed_scale(ours)).fillna(np.inf)
-    values, least = ours.to_numpy(), ROUND_OFF * np.maximum(ours.abs().mean(), TINY).to_numpy()
+    away = (np.abs(now.mean() - ours.mean()) / _seed_scale(ours.to_numpy(), ours.columns)).fillna(np.inf)
     rng = np.random.default_rng(RNG_SEED)
-    others, own = (values[rng.integers(len(ours), size=(RESAMPLES, n))] for n in (len(now), len(ours)))
-    units = np.maximum(own.std(axis=1, ddof=1), least)
+    others, own = (ours.to_numpy()[rng.integers(len(ours), size=(RESAMPLES, n))] for n in (len(now), len(ours)))
+    units = _seed_scale(own, ours.columns)
     largest = (np.abs(others.mean(axis=1) - own.mean(axis=1)) / units).max(axis=1)
     return Test(float(away.max()), float(np.quantile(largest, LEVEL)), _where(away))
 
 
-def seed_scale(ours: pd.DataFrame) -> pd.Series:
-    """Spread over seeds; where seeds make no difference, what is round-off in such a number."""
-    return np.maximum(ours.std(), ROUND_OFF * np.maximum(ours.abs().mean(), TINY))
-
-
 def rounding_scale(ours: pd.DataFrame, twins: pd.DataFrame) -> pd.Series:
-    """What rounding does to a run, but at least a small part of what seeds do."""
-    return np.maximum(np.sqrt(((twins - ours) ** 2).mean()), LEAST * seed_scale(ours))
+    """What rounding does to a run in each cell, but at least LEAST of what seeds do to its measure."""
+    rounding = np.sqrt(((twins - ours) ** 2).mean())
+    return np.maximum(rounding, LEAST * _seed_scale(ours.to_numpy(), ours.columns))
+
+
+def _seed_scale(values: np.ndarray, columns: pd.MultiIndex) -> np.ndarray:
+    """Spread of ``values`` (..., seeds, columns) over seeds, mean over the cells of each measure.
+
+    Where seeds make no difference it is what is round-off in such a number.
+    """
+    measures = columns.get_level_values(0).to_numpy()
+    alike = measures[:, None] == measures
+    over_cells = alike / alike.sum(axis=0)
+    spread = np.sqrt(values.var(axis=-2, ddof=1) @ over_cells)
+    return np.maximum(spread, ROUND_OFF * (np.abs(values).mean(axis=-2) @ over_cells) + TINY)
 
 
 def _critical(ours: pd.DataFrame, twins: pd.DataFrame, count: int) -> float:
     """What the largest mean of ``count`` seeds stays below at LEVEL, where the unit is known as badly as here."""
-    values, differences = ours.to_numpy(), (twins - ours).to_numpy()
+    differences = (twins - ours).to_numpy()
     rng = np.random.default_rng(RNG_SEED)
     of_means, of_units = (rng.integers(len(ours), size=(RESAMPLES, n)) for n in (count, len(ours)))
-    least = np.maximum(LEAST * values[of_units].std(axis=1, ddof=1), LEAST * ROUND_OFF * np.abs(values).mean(axis=0))
-    units = np.maximum(np.sqrt((differences[of_units] ** 2).mean(axis=1)), np.maximum(least, TINY))
+    least = LEAST * _seed_scale(ours.to_numpy()[of_units], ours.columns)
+    units = np.maximum(np.sqrt((differences[of_units] ** 2).mean(axis=1)), least)
     largest = np.abs(differences[of_means].mean(axis=1) / units).max(axis=1)
     return float(np.quantile(largest, LEVEL))
 
@@ -178,8 +185,9 @@ def _margin(ours: pd.DataFrame, twins: pd.DataFrame, critical: float, count: int
     standard = ((twins - ours)["lump_fraction"] / scale).to_numpy()
     drawn = standard[np.random.default_rng(RNG_SEED + 1).integers(len(ours), size=(RESAMPLES, count))].mean(axis=1)
     noticed = (np.abs(drawn + SHIFT / scale.to_numpy()) > critical).mean()
+    span = f"{least.min():.2g}" + (f" to {least.max():.2g}, by cell" if least.max() > 1.01 * least.min() else "")
     return (
-        f"margin: a shift of the mass in lumps by {least.min():.2g} to {least.max():.2g}, by cell",
+        f"margin: a shift of the mass in lumps by {span}",
         f"power: {noticed:.0%} for one of {SHIFT:g} in one cell",
     )
 
