@@ -23,7 +23,12 @@ from ..store.provenance import provenance
 FOLDER = Path("reports/baseline")
 ORIGIN, PRINTS, LOG = "origin.json", "fingerprints.json", "log.md"
 PARTS = {1: "fingerprints", 2: "horizon", 3: "ensemble", 4: "verdicts"}
-TABLES = ("horizon", "ensemble", "verdicts")
+# The tables, and which of their columns must hold numbers.
+TABLES = {
+    "horizon": ("frame", "value", "tolerance"),
+    "ensemble": ("pressure", "seed", "lump_fraction"),
+    "verdicts": ("seeds",),
+}
 TITLE = "# What the references were renewed for\n"
 
 
@@ -52,20 +57,26 @@ class Baseline:
 
 
 def read(folder: Path) -> Baseline:
-    """The references in a folder.  Raises StoreError where a file is there and broken."""
+    """The references in a folder; what is not there is empty.  Raises StoreError where a file is there and broken."""
     origin = read_json(folder / ORIGIN)
     if (folder / ORIGIN).exists() and not origin:
         raise StoreError(f"{folder / ORIGIN} cannot be read: git restores it, or snowrepro bless makes it anew")
     prints = read_json(folder / PRINTS).get("platforms", {})
-    tables = {}
-    for part in TABLES:
-        path = folder / f"{part}.csv"
-        if path.exists():
-            try:
-                tables[part] = pd.read_csv(path, keep_default_na=False, na_values=[""], float_precision="round_trip")
-            except (OSError, ValueError) as error:
-                raise StoreError(f"{path} cannot be read: {error}") from error
+    paths = {part: folder / f"{part}.csv" for part in TABLES}
+    tables = {part: _read_table(path, TABLES[part]) for part, path in paths.items() if path.exists()}
     return Baseline(folder, origin, prints, tables)
+
+
+def _read_table(path: Path, numbers: Sequence[str]) -> pd.DataFrame:
+    try:
+        table = pd.read_csv(path, keep_default_na=False, na_values=[""], float_precision="round_trip")
+    except (OSError, ValueError) as error:
+        raise StoreError(f"{path} cannot be read: {error}") from error
+    broken = [name for name in numbers if name not in table or table[name].dtype.kind not in "if"]
+    if broken or table.isna().to_numpy().any():
+        what = f"no numbers in {', '.join(broken)}" if broken else "a cell is empty"
+        raise StoreError(f"{path} cannot be read: {what}; git restores it, or snowrepro bless makes it anew")
+    return table
 
 
 def write(
