@@ -58,13 +58,17 @@ class Baseline:
 
 def read(folder: Path) -> Baseline:
     """The references in a folder; what is not there is empty.  Raises StoreError where a file is there and broken."""
-    origin = read_json(folder / ORIGIN)
-    if (folder / ORIGIN).exists() and not origin:
-        raise StoreError(f"{folder / ORIGIN} cannot be read: git restores it, or snowrepro bless makes it anew")
-    prints = read_json(folder / PRINTS).get("platforms", {})
+    origin, prints = (_read_json(folder / name) for name in (ORIGIN, PRINTS))
     paths = {part: folder / f"{part}.csv" for part in TABLES}
     tables = {part: _read_table(path, TABLES[part]) for part, path in paths.items() if path.exists()}
-    return Baseline(folder, origin, prints, tables)
+    return Baseline(folder, origin, prints.get("platforms", {}), tables)
+
+
+def _read_json(path: Path) -> dict[str, Any]:
+    found = read_json(path)
+    if path.exists() and not found:
+        raise StoreError(f"{path} cannot be read: git restores it, or snowrepro bless makes it anew")
+    return found
 
 
 def _read_table(path: Path, numbers: Sequence[str]) -> pd.DataFrame:

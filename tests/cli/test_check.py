@@ -108,7 +108,7 @@ def test_bad_input(snowrepro, tmp_path, arguments, told):
     assert not (tmp_path / "reports").exists()
 
 
-@pytest.mark.parametrize("name", ["origin.json", "horizon.csv"])
+@pytest.mark.parametrize("name", ["origin.json", "fingerprints.json", "horizon.csv"])
 def test_a_broken_reference_is_bad_input(snowrepro, references, name):
     path = references / name
     path.write_bytes(path.read_bytes()[:100] + b'"')
