@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from ..errors import ExitCode
 
 OK = "ok"
-MOVED = "moved"  # other bits, or other members of the same ensemble; a later tier decides whether that matters
+MOVED = "moved"  # other bits than the reference, or none for this platform: tier 2 decides whether that matters
 REGRESSED = "REGRESSED"
 CONTRADICTED = "CONTRADICTED"
 FAILED = "RUN FAILED"
@@ -48,7 +48,7 @@ def exit_code(findings: Sequence[Finding]) -> ExitCode:
     return next((code for code in WORST_FIRST if code in codes), ExitCode.FINE)
 
 
-def within(tier: int, name: str, value: float, most: float, of: str, note: str = "") -> Finding:
+def within(tier: int, name: str, value: float, most: float, of: str) -> Finding:
     """A number that must not exceed a bound; NaN does."""
     state = OK if value <= most else REGRESSED
-    return Finding(tier, name, state, f"{value:.2g} {of}".strip(), f"{most:.2g}", note)
+    return Finding(tier, name, state, f"{value:.2g} {of}", f"{most:.2g}")
