@@ -20,14 +20,15 @@ SHORT = (
 CASES: Mapping[str, tuple[str, ...]] = {
     "sintered": SHORT,
     "unsintered": (*SHORT, "sintering=none", "shape=star", "floor=stair3"),
-    # So dense and hard that the bounds of density, Poisson's ratio and Eq. 1 act.
-    "bounded": (*SHORT, "pressure=10000", "sintering.C1=1e-3", "loading.press_frames=5", "loading.frames=12"),
+    # So dense that the bounds of density and Poisson's ratio act.
+    "bounded": (*SHORT, "pressure=10000", "sintering.C2=10", "loading.press_frames=5", "loading.frames=10"),
     # As many of the other readings as go together.
     "readings": (
         *SHORT, "reading.cadence=substep", "reading.density_changes=moduli_and_volume", "reading.release=rest",
         "reading.hardening_growth=per_time", "reading.external_force=per_particle", "reading.press=shell",
         "reading.press_ramp=5", "reading.press_damping=1", "reading.contact=coulomb", "reading.friction=0.5",
         "reading.plane=stress_zz_zero", "reading.initial_volume=sampled", "reading.inside_floor=left",
+        "reading.plastic_volume=[0.5,2]", "solver.max_bounded=1",
     ),
     "fixed point": (*SHORT, "solver.summation=fixed_point", "solver.transfer=mls", "solver.spline=quadratic"),
     "pic_flip": (*SHORT, "solver.transfer=pic_flip"),
