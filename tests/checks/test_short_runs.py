@@ -6,6 +6,7 @@ import pytest
 
 from snowrepro.checks import cases, fingerprints, horizon
 from snowrepro.checks.finding import MOVED, NOT_MEASURED, OK, REGRESSED
+from snowrepro.simulation import simulate
 
 
 def states(seed: int = 0, particles: int = 50) -> dict[int, cases.State]:
@@ -80,3 +81,11 @@ def test_a_fingerprint_is_of_numbers_and_not_of_how_they_are_kept():
     values = {1: {"x": np.arange(6.0).reshape(3, 2)}}
     turned = {1: {"x": np.asfortranarray(np.arange(6.0).reshape(3, 2))}}
     assert fingerprints.take(values) == fingerprints.take(turned)
+
+
+def test_the_bounds_act_in_the_runs_that_are_for_them():
+    """Else a bound could be lost and no tier would notice."""
+    acting = {"bounded": ("density_capped", "poisson_capped"), "readings": ("hardening_capped", "volume_bounded")}
+    for name, config in cases.configs(acting).items():
+        run = simulate(config)
+        assert all(int(run[bound].max()) > 10 for bound in acting[name])
