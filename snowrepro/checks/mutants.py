@@ -57,7 +57,7 @@ class Mutant:
 
     name: str
     tier: int | None
-    edits: tuple[Edit, ...]
+    edit: Edit
 
     @property
     def is_defect(self) -> bool:
@@ -114,24 +114,27 @@ def read_list(path: Path = LIST) -> list[Mutant]:
     """The mutants, defects first as they are listed.  Raises ConfigError where two have one name."""
     mutants = []
     for entry in yaml.safe_load(path.read_text("utf-8")):
-        edits = [Edit(part["file"], part["old"], part["new"]) for part in (entry, entry.get("also")) if part]
-        mutants.append(Mutant(entry["name"], entry.get("tier"), tuple(edits)))
+        edit = Edit(entry["file"], entry["old"], entry["new"])
+        mutants.append(Mutant(entry["name"], entry.get("tier"), edit))
     if len({mutant.name for mutant in mutants}) < len(mutants):
         raise ConfigError(f"two mutants in {path} have the same name")
     return mutants
 
 
-def copy_of_program(mutant: Mutant, folder: Path) -> None:
-    """The package, options and plug-ins in ``folder``, changed.  Raises ConfigError where a text is not there once."""
+def copy_of_program(folder: Path) -> None:
+    """The package, options and plug-ins in ``folder``."""
     shutil.copytree(PACKAGE, folder / "snowrepro", ignore=NOT_CODE)
     shutil.copytree(CONF_DIR, folder / "conf")
     shutil.copytree(PLUGINS, folder / "hydra_plugins", ignore=NOT_CODE)
-    for edit in mutant.edits:
-        path = folder / edit.file if edit.file.startswith("conf/") else folder / "snowrepro" / edit.file
-        text = path.read_text("utf-8")
-        if text.count(edit.old) != 1:
-            raise ConfigError(f"'{edit.old}' stands {text.count(edit.old)} times in {edit.file}, and should once")
-        path.write_text(text.replace(edit.old, edit.new), encoding="utf-8")
+
+
+def change(folder: Path, edit: Edit) -> None:
+    """Change a copy of the program.  Raises ConfigError where the old text does not stand there once."""
+    path = folder / edit.file if edit.file.startswith("conf/") else folder / "snowrepro" / edit.file
+    text = path.read_text("utf-8")
+    if text.count(edit.old) != 1:
+        raise ConfigError(f"'{edit.old}' stands {text.count(edit.old)} times in {edit.file}, and should once")
+    path.write_text(text.replace(edit.old, edit.new), encoding="utf-8")
 
 
 def try_all(mutants: Sequence[Mutant], baseline: Path, store: Path, full: bool, workers: int) -> Iterator[Trial]:
@@ -159,7 +162,8 @@ def _try(mutant: Mutant, baseline: Path, store: Path, full: bool) -> Trial:
     with tempfile.TemporaryDirectory(prefix="of-", dir=memory.parent) as name:
         folder = Path(name).resolve()
         try:
-            copy_of_program(mutant, folder)
+            copy_of_program(folder)
+            change(folder, mutant.edit)
         except (ConfigError, OSError) as error:
             return Trial(mutant, problem=str(error))
         if 3 in tiers or 4 in tiers:

@@ -13,7 +13,7 @@ import pandas as pd
 import pytest
 
 from snowrepro.checks import baseline, mutants
-from snowrepro.checks.mutants import Edit, Mutant
+from snowrepro.checks.mutants import Edit
 
 BASELINE = Path(__file__).parents[2] / baseline.FOLDER
 ONE = ["--only", "sintered"]  # the quickest of the short runs
@@ -31,7 +31,7 @@ def clone(tmp_path) -> Path:
     """The program as a git clone with one commit."""
     folder = tmp_path / "clone"
     folder.mkdir()
-    mutants.copy_of_program(Mutant("none", None, ()), folder)
+    mutants.copy_of_program(folder)
     git(folder, "init", "--quiet")
     commit(folder)
     return folder
@@ -118,8 +118,8 @@ def test_a_broken_reference_is_bad_input(snowrepro, references, name):
 
 def test_runs_failed(tmp_path, references):
     """Exit code 3: a program whose time step may not fall as far as it has to."""
-    broken = Mutant("steps", None, (Edit("conf/solver/apic.yaml", "max_substeps: 20000", "max_substeps: 2"),))
-    mutants.copy_of_program(broken, tmp_path / "copy")
+    mutants.copy_of_program(tmp_path / "copy")
+    mutants.change(tmp_path / "copy", Edit("conf/solver/apic.yaml", "max_substeps: 20000", "max_substeps: 2"))
     done = of_clone(tmp_path / "copy", "check", "--tier", "2", *ONE, "--baseline", str(references))
     assert done.returncode == 3
     assert "2  RUN FAILED    sintered: diverged in frame" in done.stdout
