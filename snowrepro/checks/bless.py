@@ -9,7 +9,7 @@ from ..store.provenance import environment, git_changes
 from ..sweep.plan import Plan
 from . import baseline, cases, ensemble, fingerprints, horizon, verdicts
 from .baseline import Baseline
-from .check import Asked
+from .check import AT_PAPER_FIDELITY, Asked
 
 LEAST_LETTERS = 10  # of a reason
 
@@ -107,7 +107,9 @@ def _verdicts(asked: Asked) -> Iterator[pd.DataFrame]:
     """The verdicts that a check compares with, and those of a full one if they are asked for."""
     sizes = (ensemble.FEW_SEEDS, ensemble.SEEDS)
     wanted = [(name, asked.runs(name, seeds)) for name in asked.experiments for seeds in sizes]
-    for experiment, overrides in [*wanted, *(asked.further() if asked.full else [])]:
+    if asked.full:
+        wanted.append((AT_PAPER_FIDELITY, asked.as_fine_as_the_paper()))
+    for experiment, overrides in wanted:
         plan = ensemble.run(overrides)
         _require_results(plan)
         yield verdicts.table(experiment, plan)

@@ -19,8 +19,8 @@ class Asked:
     """What a check is to look at.
 
     ``baseline``: folder of the references; ``store``: for the runs of tiers 3 and 4, done again where code or
-    environment changed, ``workers`` at a time (0: as many as cores).  ``full``: more seeds, Figure 5 at the paper's
-    fidelity, all scenes.  ``cases``, ``experiments``: that tiers 1 and 2, or 3 and 4, look at.
+    environment changed, ``workers`` at a time (0: as many as cores).  ``full``: more seeds, and Figure 5 at the paper's
+    fidelity.  ``cases``, ``experiments``: that tiers 1 and 2, or 3 and 4, look at.
     """
 
     baseline: Path
@@ -35,12 +35,9 @@ class Asked:
         """The overrides that ask for an experiment's runs."""
         return ensemble.overrides(experiment, self.store, seeds, fidelity=fidelity, workers=self.workers)
 
-    def further(self) -> list[tuple[str, list[str]]]:
-        """What a full check judges beside, with the overrides of each: a figure as fine as the paper, every scene."""
-        return [
-            (AT_PAPER_FIDELITY, self.runs(AT_PAPER_FIDELITY, PAPER_SEEDS, "paper")),
-            ("grid", self.runs("grid", 1)),
-        ]
+    def as_fine_as_the_paper(self) -> list[str]:
+        """The overrides of what a full check judges beside."""
+        return self.runs(AT_PAPER_FIDELITY, PAPER_SEEDS, "paper")
 
 
 def check(asked: Asked) -> Iterator[Finding]:
@@ -101,8 +98,7 @@ def _figures(asked: Asked, kept: Baseline) -> Iterator[Finding]:
     for experiment in asked.experiments if tiers else ():
         yield from _figure(kept, tiers, experiment, asked.runs(experiment, seeds))
     if asked.full and 4 in tiers:
-        for experiment, overrides in asked.further():
-            yield from _figure(kept, [4], experiment, overrides)
+        yield from _figure(kept, [4], AT_PAPER_FIDELITY, asked.as_fine_as_the_paper())
 
 
 def _without_reference(kept: Baseline, tiers: Collection[int]) -> Iterator[Finding]:

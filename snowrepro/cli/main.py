@@ -27,7 +27,7 @@ command goes on.
 examples:
   snowrepro check                       all tiers, at a size for continuous integration
   snowrepro check --tier 0,1,2          a minute or two
-  snowrepro check --full                more seeds, Figure 5 at the paper's fidelity, every scene
+  snowrepro check --full                more seeds, and Figure 5 at the paper's fidelity
   snowrepro check --mutants             do the tiers notice defects, and leave harmless changes alone?
 
 exit codes: 0 fine, 1 regressed or contradicted, 2 bad input, 3 runs failed, 4 incomplete or nothing measured,
@@ -298,7 +298,7 @@ def _add_reports(commands: argparse._SubParsersAction) -> None:
 def _add_checks(commands: argparse._SubParsersAction) -> None:
     """Commands on whether results are what they were."""
     check = _add(commands, "check", "checks.check_command", "are results what they were, and as promised?", CHECK_HELP)
-    check.add_argument("--full", action="store_true", help="more seeds, Figure 5 at the paper's fidelity, all scenes")
+    check.add_argument("--full", action="store_true", help="more seeds, and Figure 5 at the paper's fidelity")
     check.add_argument(
         "--mutants",
         action="store_true",
