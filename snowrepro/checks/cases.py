@@ -30,6 +30,12 @@ CASES: Mapping[str, tuple[str, ...]] = {
         "reading.plane=stress_zz_zero", "reading.initial_volume=sampled", "reading.inside_floor=left",
         "reading.plastic_volume=[0.5,2]", "solver.max_bounded=1",
     ),
+    # So hard an impact on Coulomb's floor that particles, and not only nodes, collide with it: step 8.
+    "hit": (
+        *SHORT, "sintering=none", "pressure=0", "loading.press_frames=2", "loading.frames=20", "floor=zigzag",
+        "reading.contact=coulomb", "reading.friction=0.3", "reading.drop_height=4", "reading.gravity=150",
+        "solver.max_bounded=1",
+    ),
     "fixed point": (*SHORT, "solver.summation=fixed_point", "solver.transfer=mls", "solver.spline=quadratic"),
     "pic_flip": (*SHORT, "solver.transfer=pic_flip"),
     "indented": (*SHORT, "indenter=disc", "indenter.speed=100", "indenter.rest_frames=10"),
