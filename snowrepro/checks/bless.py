@@ -89,7 +89,9 @@ def _with_prints(kept: Baseline, prints: dict[str, fingerprints.Prints]) -> tupl
     before = kept.platforms.get(here, {}).get("cases", {})
     moved = [case for case in prints if case in before and prints[case] != before[case]]
     others = {} if moved else {key: told for key, told in kept.platforms.items() if key != here}
-    told = [f"{here}: {', '.join(moved)} moved" if moved else f"{here}: {'the same bits' if before else 'new'}"]
+    new = [case for case in prints if case not in before]
+    changed = [f"{', '.join(names)} {how}" for names, how in ((moved, "moved"), (new, "new")) if names]
+    told = [f"{here}: {'; '.join(changed) or 'the same bits'}"]
     gone = [key for key in kept.platforms if key != here and key not in others]
     told += [f"{key}: gone, to be taken there again" for key in gone]
     return {**others, here: {"processor": processor, "cases": {**before, **prints}}}, told
