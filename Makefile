@@ -6,8 +6,9 @@ CLAIMS ?= fig5
 COARSE := $(if $(filter paper,$(FIDELITY)),,fidelity=$(FIDELITY))
 VENV := .venv
 BIN := $(VENV)/bin
+BIOME := @biomejs/biome@2.6.8
 
-.PHONY: reproduce test slow validate lint lock benchmark validator clean
+.PHONY: reproduce test slow nightly validate lint lint-js docs lock benchmark validator clean
 
 # The report on the paper, with Figure 5 and what three seeds say of its claims; EXPERIMENTS="fig6 table2" CLAIMS=fig6
 # for more.
@@ -17,17 +18,30 @@ reproduce: $(VENV)/installed
 	$(BIN)/snowrepro report $(COARSE)
 
 test: $(VENV)/installed  ## the fast tests
-	$(BIN)/python -m pytest -n auto -m "not slow"
+	$(BIN)/python -m pytest -n auto -m "not slow and not nightly"
 
 validate: $(VENV)/installed  ## all tests, with a table of what was compared with theory
 	$(BIN)/python -m pytest -n auto --validation-page=reports/validation/index.md
 
-slow: $(VENV)/installed  ## those tests that make test leaves out
+slow: $(VENV)/installed  ## tests that make test leaves out
 	$(BIN)/python -m pytest -n auto -m slow
+
+nightly: $(VENV)/installed  ## the rest: what would make CI too long for every change
+	$(BIN)/python -m pytest -n auto -m nightly
 
 lint: $(VENV)/installed
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+# The viewer's scripts, by the rules of .biome.json.  Only this needs Node.js: who has none, and changes no script, can
+# do without; CI cannot.  To have the layout put right: npx with the same version, and "check --write".
+lint-js:
+	@if command -v npx >/dev/null; then npx --yes $(BIOME) ci --error-on-warnings; \
+	else echo "There is no npx (Node.js): the viewer's scripts are not checked." >&2; test -z "$$CI"; fi
+
+docs: $(VENV)/installed  ## the documentation as a website, strictly: build/docs/index.html
+	$(BIN)/python -m sphinx -b html -W --keep-going -n -E -q -d build/doctrees docs build/docs
 
 benchmark: $(VENV)/installed
 	$(BIN)/python benchmarks/speed.py

@@ -17,14 +17,14 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 WARM_UP = 25  # frames; compiled by then, and the snow is on the floor
-ONE_THREAD = {name: "1" for name in ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")}
+ONE_THREAD = dict.fromkeys(("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
 MPM99_ON_ONE_CORE = {"TI_ARCH": "x64", "TI_CPU_MAX_NUM_THREADS": "1"}  # snowrepro sets them itself
 NEEDS = {"numba": "numba", "warp": "warp"}  # code: package
 
 
 @dataclass(frozen=True)
-class Case:
-    """One way to compute, and what it computes; see ``snow.snow`` for scene, dx and width."""
+class BenchmarkCase:
+    """What is timed: a code, and what it computes; see ``snow.start_snow`` for scene, dx and width."""
 
     code: str  # snowrepro, numba, warp or mpm99
     spline: str = "quadratic"
@@ -38,18 +38,18 @@ class Case:
 
     @property
     def name(self) -> str:
-        """For the tables."""
+        """The case in words, for the tables."""
         if self.code == "mpm99":
             return "Taichi's mpm99, quadratic, f32"
         return f"{self.code}, {self.spline}, {self.precision}{', whole run' if self.in_full else ''}"
 
     @property
-    def installed(self) -> bool:
-        """Whether the peer is there."""
+    def is_installed(self) -> bool:
+        """Whether the package of its code is installed."""
         return importlib.util.find_spec(NEEDS.get(self.code, "taichi")) is not None
 
-    def shorter(self) -> "Case":
-        """The same with a tenth of the work."""
+    def shorten(self) -> "BenchmarkCase":
+        """Return the same case with a tenth of the work."""
         return replace(self, updates=self.updates / 10)
 
 
@@ -67,7 +67,7 @@ class Measurement:
     substeps: int
 
 
-def at_once(cases: list[Case]) -> list[Measurement]:
+def measure_together(cases: list[BenchmarkCase]) -> list[Measurement]:
     """Measure cases in processes of their own that start their timed work together."""
     processes = []
     for case in cases:
@@ -87,65 +87,67 @@ def at_once(cases: list[Case]) -> list[Measurement]:
     return [Measurement(**json.loads(answer.splitlines()[-1])) for answer in answers]
 
 
-def measure(case: Case, wait: Callable[[], None] = lambda: None) -> Measurement:
+def measure(case: BenchmarkCase, wait: Callable[[], None] = lambda: None) -> Measurement:
     """Warm up, call ``wait``, and time the case's work."""
     particles, advance = STARTS[case.code](case)
     for _ in range(case.warm_up):
         advance()
     wait()
-    substeps, started, started_work = 0, time.perf_counter(), time.process_time()
+    substeps, start, start_of_work = 0, time.perf_counter(), time.process_time()
     while substeps * particles < case.updates * 1e6:
         substeps += advance()
-    seconds, worked = time.perf_counter() - started, time.process_time() - started_work
-    done = substeps * particles / 1e6
+    seconds, processor_seconds = time.perf_counter() - start, time.process_time() - start_of_work
+    updates = substeps * particles / 1e6
     megabytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    return Measurement(done / worked, done / seconds, megabytes, particles, substeps)
+    return Measurement(updates / processor_seconds, updates / seconds, megabytes, particles, substeps)
 
 
 Start = tuple[int, Callable[[], int]]  # particles, and a call that advances a frame and returns its substeps
 
 
-def start_snowrepro(case: Case) -> Start:
-    """The solver itself."""
-    from snow import snow
+def start_snowrepro(case: BenchmarkCase) -> Start:
+    """Start snowrepro's solver."""
+    from snow import start_snow
 
-    start = snow(case.scene, case.spline, case.dx, case.width)
+    start = start_snow(case.scene, case.spline, case.dx, case.width)
     return len(start.particles["mass"]), lambda: start.advance(case.in_full)
 
 
-def start_numba(case: Case) -> Start:
-    """Plain loops: the same substep and the same numbers."""
-    from peers.numba_kernel import Run
-    from snow import GRAVITY, snow
+def start_numba(case: BenchmarkCase) -> Start:
+    """Start the plain loops of Numba: the same substep and the same numbers."""
+    from peers.numba_kernel import NumbaSolver
+    from snow import GRAVITY, start_snow
 
-    run = Run(snow(case.scene, case.spline, case.dx, case.width), case.spline)
-    return len(run.particles.mass), lambda: run.advance_frame(GRAVITY)
+    solver = NumbaSolver(start_snow(case.scene, case.spline, case.dx, case.width), case.spline)
+    return len(solver.particles.mass), lambda: solver.advance_frame(GRAVITY)
 
 
-def start_warp(case: Case) -> Start:
-    """Warp on the CPU, with a time step that is short enough all along."""
+def start_warp(case: BenchmarkCase) -> Start:
+    """Start Warp on the CPU, with a time step that is short enough all along."""
     import warp
-    from peers.warp_mpm import SUBSTEPS, Run
-    from snow import GRAVITY, snow
+    from peers.warp_mpm import SUBSTEPS, WarpSolver
+    from snow import GRAVITY, start_snow
 
     real = warp.float64 if case.precision == "f64" else warp.float32
-    run = Run(snow(case.scene, case.spline, case.dx, case.width), case.spline, real)
+    solver = WarpSolver(start_snow(case.scene, case.spline, case.dx, case.width), case.spline, real)
 
     def advance() -> int:
-        run.advance_frame(GRAVITY, SUBSTEPS)
+        """Simulate one frame and return its substeps."""
+        solver.advance_frame(GRAVITY, SUBSTEPS)
         return SUBSTEPS
 
-    return run.count, advance
+    return solver.count, advance
 
 
-def start_mpm99(case: Case) -> Start:
-    """Taichi's example as shipped, its own kernels and sizes."""
+def start_mpm99() -> Start:
+    """Start Taichi's example as shipped, with its own kernels and sizes."""
     import taichi as ti
     from taichi.examples.simulation import mpm99
 
     mpm99.initialize()
 
     def advance() -> int:
+        """Simulate one frame and return its substeps."""
         for _ in range(20):
             mpm99.substep()
         ti.sync()
@@ -154,14 +156,20 @@ def start_mpm99(case: Case) -> Start:
     return mpm99.n_particles, advance
 
 
-STARTS = {"snowrepro": start_snowrepro, "numba": start_numba, "warp": start_warp, "mpm99": start_mpm99}
+STARTS: dict[str, Callable[[BenchmarkCase], Start]] = {
+    "snowrepro": start_snowrepro,
+    "numba": start_numba,
+    "warp": start_warp,
+    "mpm99": lambda case: start_mpm99(),
+}
 
 
 def _say_ready_and_wait() -> None:
+    """Say "ready" to the process that started this one, and wait for its line."""
     print("ready", flush=True)
     sys.stdin.readline()
 
 
 if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).parent))
-    print(json.dumps(asdict(measure(Case(**json.loads(sys.argv[1])), _say_ready_and_wait))))
+    print(json.dumps(asdict(measure(BenchmarkCase(**json.loads(sys.argv[1])), _say_ready_and_wait))))

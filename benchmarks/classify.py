@@ -14,17 +14,22 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from tables import in_markdown, machine, spread
+from tables import describe_machine, format_spread, format_table
 
 import snowrepro
-from snowrepro.analysis.classify import bond_variables
-from snowrepro.analysis.sensitivity import scan_bonds
-from snowrepro.composition import compose
-from snowrepro.config import Outline
+from snowrepro.analysis.lumps import make_bond_variables
+from snowrepro.composition.compose import compose
+from snowrepro.evidence.sensitivity import scan_bonds
 from snowrepro.scene.build import sample
+from snowrepro.settings.case import Outline
 
 RESULTS = Path(__file__).with_name("classify.md")
 FRAMES = 400
+WHAT_IS_TIMED = "seconds of processor time: median, and least to greatest"
+WHAT_IS_DONE = (
+    "`classify.py` says what the motion is. By bonds: a triangulation at release (most of the time), extremes through "
+    "all frames, cores, fragments, measures. By proximity bonds are laid too, for their broken part."
+)
 
 
 def main() -> None:
@@ -35,38 +40,41 @@ def main() -> None:
     parser.add_argument("--write", action="store_true", help=f"write {RESULTS.name} too")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        cases = prepare(Path(folder), options.quick)
+        cases = prepare_cases(Path(folder), options.quick)
         rounds = [
-            {name: timed(case) for name, case in cases.items()} for _ in range(1 if options.quick else options.rounds)
+            {name: time_case(case) for name, case in cases.items()}
+            for _ in range(1 if options.quick else options.rounds)
         ]
-    text = report(rounds)
+    text = report_times(rounds)
     if options.write:
         RESULTS.write_text(text, encoding="utf-8")
     print(text, end="")
 
 
-def prepare(folder: Path, quick: bool) -> dict[str, Callable[[], object]]:
-    """The cases by name, with their data ready."""
-    star = compose(["shape=star"]).shape.outline
+def prepare_cases(folder: Path, quick: bool) -> dict[str, Callable[[], object]]:
+    """Make the data of all cases, and return the cases by name."""
+    star = compose(["shape=star"]).case.shape.outline
     x = sample(star, 4.0 if quick else 1.0, 4, 0)[0]
     run = folder / "run.nc"
     write_run(run, x, FRAMES)
     big = sample(Outline(kind="circle", radius=20.0 if quick else 282.1), 1.0, 4, 0)[0]
-    broken = pulled_apart(big, 1.0)
-    found = snowrepro.classify(np.stack([x, pulled_apart(x, 1.0)]), release=0, grid_spacing=1.0)
-    seen = xr.Dataset({**bond_variables(found.bonds, found.history), "mass": ("particle", np.ones(len(x)))})
+    broken = pull_apart(big, 1.0)
+    classified = snowrepro.classify(np.stack([x, pull_apart(x, 1.0)]), release=0, grid_spacing=1.0)
+    bonds = xr.Dataset(
+        {**make_bond_variables(classified.bonds, classified.history, ""), "mass": ("particle", np.ones(len(x)))}
+    )
     count, many = f"{len(x):,} particles", f"{len(big):,} particles"
     cases = {
-        f"a run from its file: {count}, {FRAMES} frames": lambda: from_file(run),
+        f"a run from its file: {count}, {FRAMES} frames": lambda: classify_file(run),
         f"one frame by bonds: {many}": lambda: classify(big, broken, "bonds"),
         f"one frame by proximity: {many}": lambda: classify(big, broken, "proximity"),
-        f"864 definitions from stored bonds: {count}": lambda: scan_bonds(seen, 1.0),
+        f"864 definitions from stored bonds: {count}": lambda: scan_bonds(bonds, 1.0),
     }
-    return cases | peers(broken, many)
+    return cases | prepare_peers(broken, many)
 
 
-def peers(places: np.ndarray, many: str) -> dict[str, Callable[[], object]]:
-    """Clusters by distance in other libraries, where they are installed."""
+def prepare_peers(places: np.ndarray, many: str) -> dict[str, Callable[[], object]]:
+    """Make the cases of other libraries that find clusters by distance, where they are installed."""
     cases = {}
     try:
         import freud
@@ -87,8 +95,8 @@ def peers(places: np.ndarray, many: str) -> dict[str, Callable[[], object]]:
     return cases
 
 
-def pulled_apart(x: np.ndarray, part: float) -> np.ndarray:
-    """Cut into four strips that move apart, the lower half of each crushed; ``part`` of the way."""
+def pull_apart(x: np.ndarray, part: float) -> np.ndarray:
+    """Cut a body ``x`` (n, 2) into four strips that move apart, the lower half of each crushed; ``part`` of the way."""
     strip = np.digitize(x[:, 0], np.quantile(x[:, 0], [0.25, 0.5, 0.75]))
     moved = x + part * strip[:, None] * [20.0, 0.0]
     low = x[:, 1] < np.median(x[:, 1])
@@ -97,8 +105,8 @@ def pulled_apart(x: np.ndarray, part: float) -> np.ndarray:
 
 
 def write_run(path: Path, x: np.ndarray, frames: int) -> None:
-    """A file as a run's is: single precision, packed."""
-    states = np.stack([pulled_apart(x, t) for t in np.linspace(0, 1, frames)]).astype(np.float32)
+    """Write a file as that of a run: single precision, packed."""
+    states = np.stack([pull_apart(x, t) for t in np.linspace(0, 1, frames)]).astype(np.float32)
     data = xr.Dataset(
         {"position": (("snapshot", "particle", "axis"), states), "mass": ("particle", np.ones(len(x)))},
         attrs={"release_frame": 0, "grid_spacing": 1.0, "cell_mass": 4.0},
@@ -107,37 +115,36 @@ def write_run(path: Path, x: np.ndarray, frames: int) -> None:
     data.to_netcdf(path, engine="netcdf4", encoding={"position": packed})
 
 
-def from_file(path: Path) -> object:
+def classify_file(path: Path) -> object:
     """Read and classify: bonds through all frames, fragments and their table at the last."""
     with xr.open_dataset(path) as data:
-        found = snowrepro.classify(data)
-        return found.measures(), found.table()
+        classified = snowrepro.classify(data)
+        return classified.measures(), classified.table()
 
 
 def classify(first: np.ndarray, last: np.ndarray, definition: str) -> object:
-    """One frame after release."""
+    """Classify one frame after the release."""
     return snowrepro.classify(np.stack([first, last]), release=0, grid_spacing=1.0, definition=definition).measures()
 
 
-def timed(case: Callable[[], object]) -> float:
-    """Seconds of processor time, in all threads."""
+def time_case(case: Callable[[], object]) -> float:
+    """Run a case and return its seconds of processor time, in all threads."""
     start = time.process_time()
     case()
     return time.process_time() - start
 
 
-def report(rounds: list[dict[str, float]]) -> str:
-    """The table."""
-    rows = [[name, spread([r[name] for r in rounds])] for name in rounds[0]]
+def report_times(rounds: list[dict[str, float]]) -> str:
+    """Write the table of all rounds as Markdown."""
+    rows = [[name, format_spread([r[name] for r in rounds])] for name in rounds[0]]
     lines = [
         "# How fast lumps and powder are told apart",
         "",
-        f"{machine()}; {len(rounds)} rounds in one process; seconds of processor time: median, and least to greatest.",
+        f"{describe_machine()}; {len(rounds)} rounds in one process; {WHAT_IS_TIMED}.",
         "",
-        *in_markdown(["case", "seconds"], rows),
+        *format_table(["case", "seconds"], rows),
         "",
-        "`classify.py` says what the motion is. By bonds: a triangulation at release (most of the time), extremes "
-        "through all frames, cores, fragments, measures. By proximity bonds are laid too, for their broken part.",
+        WHAT_IS_DONE,
     ]
     return "\n".join(lines) + "\n"
 

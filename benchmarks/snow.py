@@ -5,60 +5,68 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from snowrepro.composition import compose
-from snowrepro.config import Config
+from snowrepro.composition.compose import compose
 from snowrepro.mpm import diagnostics, solver
 from snowrepro.mpm.laws import Laws, laws_of
 from snowrepro.scene.build import build_scene
+from snowrepro.settings.case import Case
 
 GRAVITY = 10.0  # as when the snow falls
 SPEED = 30.0  # downward, at the start; the floor is a spacing and a half below
-QUANTITIES = (
-    "position velocity affine F_E J_P density young poisson hardening mass volume mu lam force".split()
-)  # what a peer may need
+QUANTITIES = (  # what a peer may need
+    "position", "velocity", "affine", "F_E", "J_P", "density", "young", "poisson", "hardening", "mass", "volume", "mu",
+    "lam", "force",
+)  # fmt: skip
 
 
 @dataclass
 class Snow:
-    """A run in snowrepro, and its start for a peer: particle quantities (n, ...) and the floor on the nodes."""
+    """A simulation in snowrepro, and its start for a peer.
 
-    config: Config
+    ``particles``: quantities by name, each (n, ...); ``distance`` (nx, ny) and ``normal`` (nx, ny, 2): of the floor on
+    the nodes.  ``advance`` simulates a frame and returns its substeps; with True also sintering and diagnostics.
+    ``read`` returns a quantity as it is now.
+    """
+
+    case: Case
     laws: Laws
     particles: dict[str, np.ndarray]
     distance: np.ndarray
     normal: np.ndarray
-    advance: Callable[..., int]  # one frame, with True in full: with sintering and diagnostics; returns its substeps
+    advance: Callable[..., int]
     read: Callable[[str], np.ndarray]
 
 
-def snow(scene: str, spline: str, dx: float = 1.0, width: float = 1.0, frame_time: float | None = None) -> Snow:
-    """``dx`` in cells: particles and substeps scale with it, a frame keeps its number of substeps.
+def start_snow(scene: str, spline: str, dx: float = 1.0, width: float = 1.0, frame_time: float | None = None) -> Snow:
+    """Start a simulation of a scene at a grid spacing ``dx`` [cells].
 
+    Particles and substeps scale with dx; a frame keeps its number of substeps.
     ``width``: of the domain, in widths of the scene's own; the snow and its floor stay where they are.
     ``frame_time`` [s]: of a frame, where it is not to be dx times the usual.
     """
-    config = _config(scene, spline, dx, width, frame_time)
-    built = build_scene(config)
-    solver.start_taichi(config)
-    laws = laws_of(config)
-    particles, nodes, ledger = solver.allocate(config, built, laws)
+    case = _compose_case(scene, spline, dx, width, frame_time)
+    built = build_scene(case)
+    solver.start_taichi(case.solver, threads=1)
+    laws = laws_of(case)
+    particles, nodes, ledger = solver.allocate(case, built, laws)
     velocity = np.zeros((particles.count, 2))
     velocity[:, 1] = -SPEED
     particles.write("velocity", velocity)
     number, row = 0, None
 
     def advance(in_full: bool = False) -> int:
+        """Simulate one frame and return its substeps."""
         nonlocal number, row
         solver.advance_frame(particles, nodes, ledger, laws, GRAVITY, 0.0, in_full)
         number += 1
         if in_full:
-            row = diagnostics.measure(solver.frame_of(number, particles, ledger), config, row)
+            row = diagnostics.measure(solver.frame_of(number, particles, ledger), case, row)
         if ledger.status[None] != 0:
             raise RuntimeError(f"the benchmark's snow diverged in frame {number}")
         return ledger.substeps[None]
 
     return Snow(
-        config=config,
+        case=case,
         laws=laws,
         particles={name: np.ascontiguousarray(particles.read(name)) for name in QUANTITIES},
         distance=built.node_distance,
@@ -68,15 +76,15 @@ def snow(scene: str, spline: str, dx: float = 1.0, width: float = 1.0, frame_tim
     )
 
 
-def _config(scene: str, spline: str, dx: float, width: float, frame_time: float | None) -> Config:
-    """The run's configuration."""
+def _compose_case(scene: str, spline: str, dx: float, width: float, frame_time: float | None) -> Case:
+    """Compose what ``start_snow`` simulates."""
     overrides = [f"scene={scene}", f"solver.spline={spline}", f"reading.drop_height={1.5 * dx}", f"fidelity.dx={dx}"]
-    own = compose(overrides)
+    usual = compose(overrides).case
     return compose(
         [
             *overrides,
-            f"loading.frame_time={frame_time or own.loading.frame_time * dx}",
-            f"floor.width={own.floor.width * width}",
-            f"floor.drop_x={own.floor.drop_x}",
+            f"loading.frame_time={frame_time or usual.loading.frame_time * dx}",
+            f"floor.width={usual.floor.width * width}",
+            f"floor.drop_x={usual.floor.drop_x}",
         ]
-    )
+    ).case

@@ -11,30 +11,30 @@ import sys
 from pathlib import Path
 
 import tables
-from cases import Case, Measurement, at_once
+from cases import BenchmarkCase, Measurement, measure_together
 
 SPLINES = ("quadratic", "cubic")
 SCENES = {"ball_on_L": "A ball on a floor", "star_on_square": "A star on a square floor"}
 CODES = {
     scene: [
-        *(Case("snowrepro", spline, scene=scene, in_full=True) for spline in SPLINES),
-        *(Case("snowrepro", spline, scene=scene) for spline in SPLINES),
-        *(Case("numba", spline, scene=scene) for spline in SPLINES),
-        *(Case("warp", spline, precision, scene) for precision in ("f64", "f32") for spline in SPLINES),
-        Case("mpm99"),
+        *(BenchmarkCase("snowrepro", spline, scene=scene, in_full=True) for spline in SPLINES),
+        *(BenchmarkCase("snowrepro", spline, scene=scene) for spline in SPLINES),
+        *(BenchmarkCase("numba", spline, scene=scene) for spline in SPLINES),
+        *(BenchmarkCase("warp", spline, precision, scene) for precision in ("f64", "f32") for spline in SPLINES),
+        BenchmarkCase("mpm99"),
     ]
     for scene in SCENES
 }
 # 8, 22, 100 thousand and a million particles: the larger, the shorter the warm-up.
 SIZES = [
     *(
-        Case("snowrepro", spline, dx=dx, warm_up=warm_up)
+        BenchmarkCase("snowrepro", spline, dx=dx, warm_up=warm_up)
         for dx, warm_up in ((1.0, 25), (0.6077, 10), (0.2855, 5), (0.0903, 1))
         for spline in SPLINES
     ),
-    *(Case("snowrepro", spline, width=4.0) for spline in SPLINES),
+    *(BenchmarkCase("snowrepro", spline, width=4.0) for spline in SPLINES),
 ]
-PAIRS = [Case("snowrepro", spline) for spline in SPLINES]
+PAIRS = [BenchmarkCase("snowrepro", spline) for spline in SPLINES]
 RESULTS = Path(__file__).with_name("results.md")
 
 
@@ -51,51 +51,58 @@ def main() -> None:
         print(f"round {number} of {rounds}", file=sys.stderr)
         singles.append(measure_singles(options.quick))
         pairs.append(measure_pairs(options.quick))
-        text = "\n".join(report(singles, pairs)) + "\n"
+        text = "\n".join(report_rates(singles, pairs)) + "\n"
         if options.write:  # after each round: a stop loses no more than one
             RESULTS.write_text(text, encoding="utf-8")
     print(text, end="")
 
 
-def measure_singles(quick: bool) -> dict[Case, Measurement]:
-    """One round of all cases that run alone; a case of two tables is measured once."""
-    cases = dict.fromkeys(case for group in (*CODES.values(), SIZES) for case in group if case.installed)
-    return {case: shown(case, *at_once([case.shorter() if quick else case])) for case in cases}
+def measure_singles(quick: bool) -> dict[BenchmarkCase, Measurement]:
+    """Measure all cases that run alone, one round; a case of two tables is measured once."""
+    cases = dict.fromkeys(case for group in (*CODES.values(), SIZES) for case in group if case.is_installed)
+    return {case: print_rate(case, *measure_together([case.shorten() if quick else case])) for case in cases}
 
 
-def measure_pairs(quick: bool) -> dict[Case, tuple[float, float]]:
-    """One round of PAIRS: the throughput of one process, and of two at once."""
+def measure_pairs(quick: bool) -> dict[BenchmarkCase, tuple[float, float]]:
+    """Measure PAIRS, one round: the throughput of one process, and of two at once."""
     result = {}
     for case in PAIRS:
-        timed = case.shorter() if quick else case
-        (alone,) = at_once([timed])
-        together = sum(measured.throughput for measured in at_once([timed, timed]))
+        task = case.shorten() if quick else case
+        (alone,) = measure_together([task])
+        together = sum(one.throughput for one in measure_together([task, task]))
         print(f"  two at once: {case.name}: {together:.2f} M/s", file=sys.stderr)
         result[case] = (alone.throughput, together)
     return result
 
 
-def shown(case: Case, measured: Measurement) -> Measurement:
-    """Progress."""
-    print(f"  {case.name}, {measured.particles:,} particles: {measured.rate:.2f} M/s", file=sys.stderr)
-    return measured
+def print_rate(case: BenchmarkCase, measurement: Measurement) -> Measurement:
+    """Print the rate of a case, as progress, and return its measurement."""
+    print(f"  {case.name}, {measurement.particles:,} particles: {measurement.rate:.2f} M/s", file=sys.stderr)
+    return measurement
 
 
-def report(singles: list[dict[Case, Measurement]], pairs: list[dict[Case, tuple[float, float]]]) -> list[str]:
-    """The tables, with what they show."""
+def report_rates(
+    singles: list[dict[BenchmarkCase, Measurement]], pairs: list[dict[BenchmarkCase, tuple[float, float]]]
+) -> list[str]:
+    """Write the tables of all rounds, with what they show, as lines of Markdown."""
     lines = [
         "# How fast a substep is",
         "",
-        f"{tables.machine()}; {len(singles)} rounds. `README.md` says what is timed.",
+        f"{tables.describe_machine()}; {len(singles)} rounds. `README.md` says what is timed.",
     ]
     lines += [
         "",
         "Median, and least to greatest of the rounds; one process on one thread, in seconds of processor time.",
     ]
     for scene, title in SCENES.items():
-        lines += ["", f"## {title}", "", *tables.of_codes(singles, CODES[scene])]
-    lines += ["", "## More particles, and a wider domain around the same snow", "", *tables.of_sizes(singles, SIZES)]
-    lines += ["", "## Two processes at once, by the clock", "", *tables.of_pairs(pairs, PAIRS)]
+        lines += ["", f"## {title}", "", *tables.tabulate_codes(singles, CODES[scene])]
+    lines += [
+        "",
+        "## More particles, and a wider domain around the same snow",
+        "",
+        *tables.tabulate_sizes(singles, SIZES),
+    ]
+    lines += ["", "## Two processes at once, by the clock", "", *tables.tabulate_pairs(pairs, PAIRS)]
     return lines
 
 

@@ -14,12 +14,13 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from tables import in_markdown, machine
+from tables import describe_machine, format_table
 
-from snowrepro.analysis import summary
-from snowrepro.store import manifest, runs
+from snowrepro.store import manifest
 from snowrepro.store.cost import kind_of
-from snowrepro.store.files import read_json, write_json
+from snowrepro.store.files import read_json
+from snowrepro.store.run import RESULT
+from snowrepro.summary.row import make_key
 from snowrepro.sweep.plan import make_plan
 
 RESULTS = Path(__file__).with_name("sweeps.md")
@@ -46,36 +47,41 @@ def main() -> None:
     parser.add_argument("--write", action="store_true", help=f"write {RESULTS.name} too")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        rows = [*large(Path(folder), options.quick), *small(Path(folder), FEW if options.quick else GRID)]
-    text = "\n".join(["# Sweeps", "", machine(), "", *in_markdown(["what", "measured"], rows), ""])
+        rows = [
+            *measure_planning(Path(folder), options.quick),
+            *measure_running(Path(folder), FEW if options.quick else GRID),
+        ]
+    text = "\n".join(["# Sweeps", "", describe_machine(), "", *format_table(["what", "measured"], rows), ""])
     if options.write:
         RESULTS.write_text(text, encoding="utf-8")
     print(text, end="")
 
 
-def large(folder: Path, quick: bool) -> list[list[str]]:
-    """Plan and status of a large sweep over a store with many finished runs."""
+def measure_planning(folder: Path, quick: bool) -> list[list[str]]:
+    """Measure plan and status of a large sweep over a store with many finished runs: rows of the table."""
     sweep = [*(SMALL_LARGE if quick else LARGE), f"store={folder}/large"]
-    finished, asked = fill(sweep, 20 if quick else 20_000)
+    finished, planned = fill_store(sweep, 20 if quick else 20_000)
     rows = []
     for words in (["plan"], ["status"]):
-        seconds, megabytes = measured(folder, [*words, *sweep])
-        what = f"`snowrepro {words[0]}` of {asked:,} runs, {finished:,} of them finished"
+        seconds, megabytes = measure_command(folder, [*words, *sweep])
+        what = f"`snowrepro {words[0]}` of {planned:,} runs, {finished:,} of them finished"
         rows.append([what, f"{seconds:.1f} s, {megabytes:.0f} MB"])
     return rows
 
 
-def small(folder: Path, sweep: Sequence[str]) -> list[list[str]]:
-    """The same sweep by one worker and by two: seconds a run beyond the solver's, and how much faster two are."""
-    measured(folder, ["run", *FEW, "store=warm"])  # kernels are compiled once a machine
+def measure_running(folder: Path, sweep: Sequence[str]) -> list[list[str]]:
+    """Measure a sweep by one worker and by two: seconds a run beyond the solver's, and how much faster two are."""
+    measure_command(folder, ["run", *FEW, "store=warm"])  # kernels are compiled once a machine
     walls = {}
     for workers in (1, 2):
         store = folder / f"by {workers}"
-        walls[workers], _ = measured(folder, ["run", *sweep, f"store='{store}'", f"hydra.launcher.workers={workers}"])
-        written = [read_json(path) for path in store.glob(f"*/{manifest.MANIFEST}")]
+        walls[workers], _ = measure_command(
+            folder, ["run", *sweep, f"store='{store}'", f"hydra.launcher.workers={workers}"]
+        )
+        manifests = [read_json(path) for path in store.glob(f"*/{manifest.MANIFEST}")]
         if workers == 1:
-            solver = sum(content["wall_seconds"] for content in written)
-    count = len(written)
+            solver = sum(content["wall_seconds"] for content in manifests)
+    count = len(manifests)
     return [
         [
             f"local launcher, {count} preview runs, one worker: a run beyond the solver",
@@ -85,33 +91,35 @@ def small(folder: Path, sweep: Sequence[str]) -> list[list[str]]:
     ]
 
 
-def fill(sweep: Sequence[str], count: int) -> tuple[int, int]:
-    """Give some runs of a sweep a folder as finished ones leave it, but for the particles; how many, of how many."""
-    configs = make_plan(sweep, True).configs
-    chosen = configs[:: len(configs) // count][:count]
-    for config in chosen:
-        folder = runs.run_dir(config)
-        folder.mkdir(parents=True)
-        (folder / runs.RESULT).write_bytes(b"no particles")
-        content = {"run_id": folder.name, "created": "2026-01-01T00:00:00+00:00", "git_state": "none"}
-        content |= {"wall_seconds": 20.0, "seconds_per_frame": 0.03, "kind": vars(kind_of(config))}
-        manifest.write(folder, [runs.RESULT], {**content, "config": runs.plain(config)})
-        row = {"run_id": folder.name, "pressure": config.pressure, "lump_fraction": 0.5, "seconds": 20.0}
-        write_json(folder / runs.SUMMARY, {"key": summary._key(config.analysis), "row": row}, durable=False)
-    return len(chosen), len(configs)
+def fill_store(sweep: Sequence[str], count: int) -> tuple[int, int]:
+    """Give some runs of a sweep a folder as finished ones leave it, but for the particles.
+
+    Returns how many runs got one, and how many the sweep has.
+    """
+    runs = make_plan(sweep, True).runs
+    finished = runs[:: len(runs) // count][:count]
+    for run in finished:
+        run.folder.mkdir(parents=True)
+        run.result.write_bytes(b"no particles")
+        content = {"run_id": run.id, "created": "2026-01-01T00:00:00+00:00", "git_state": "none"}
+        content |= {"wall_seconds": 20.0, "seconds_per_frame": 0.03, "kind": vars(kind_of(run.case))}
+        manifest.write(run.folder, [RESULT], {**content, "config": run.config.record()})
+        row = {"run_id": run.id, "pressure": run.case.pressure, "lump_fraction": 0.5, "seconds": 20.0}
+        run.save_row(make_key(run.config.question.analysis), row)
+    return len(finished), len(runs)
 
 
-def measured(folder: Path, words: Sequence[str]) -> tuple[float, float]:
-    """Seconds and peak memory [MB] of a command of snowrepro in a fresh process."""
-    began = time.perf_counter()
-    done = subprocess.run(
+def measure_command(folder: Path, words: Sequence[str]) -> tuple[float, float]:
+    """Run a command of snowrepro in a fresh process; returns its seconds and peak memory [MB]."""
+    start = time.perf_counter()
+    process = subprocess.run(
         [sys.executable, "-c", MEASURED.format(words=list(words))],
-        cwd=folder, env={**os.environ, "PYTHONPATH": str(ROOT)}, capture_output=True, text=True,
+        cwd=folder, env={**os.environ, "PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=False,
     )  # fmt: skip
-    seconds = time.perf_counter() - began
-    if done.returncode:
-        raise RuntimeError(f"snowrepro {' '.join(words)}: {done.stderr[-2000:]}")
-    return seconds, int(done.stderr.split()[-1])
+    seconds = time.perf_counter() - start
+    if process.returncode:
+        raise RuntimeError(f"snowrepro {' '.join(words)}: {process.stderr[-2000:]}")
+    return seconds, int(process.stderr.split()[-1])
 
 
 if __name__ == "__main__":

@@ -7,23 +7,23 @@ from typing import TYPE_CHECKING, Any
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
 
 if TYPE_CHECKING:
-    from .analysis.classify import classify
-    from .analysis.summary import summarise
-    from .composition import compose
-    from .simulation import simulate
-    from .store.runs import open_run
-    from .sweep.collect import open_sweep, sweep_table
+    from .composition.compose import compose
+    from .evidence.collect import open_sweep, sweep_table
+    from .run import simulate
+    from .store.run import open_run
+    from .summary.classify import classify
+    from .summary.row import summarise
 
 __all__ = ["classify", "compose", "open_run", "open_sweep", "simulate", "summarise", "sweep_table"]
 
 _HOMES = {
-    "classify": ".analysis.classify",
-    "compose": ".composition",
-    "open_run": ".store.runs",
-    "open_sweep": ".sweep.collect",
-    "simulate": ".simulation",
-    "summarise": ".analysis.summary",
-    "sweep_table": ".sweep.collect",
+    "classify": ".summary.classify",
+    "compose": ".composition.compose",
+    "open_run": ".store.run",
+    "open_sweep": ".evidence.collect",
+    "simulate": ".run",
+    "summarise": ".summary.row",
+    "sweep_table": ".evidence.collect",
 }
 
 

@@ -26,6 +26,18 @@ class ConfigError(SnowreproError):
     exit_code = ExitCode.USAGE
 
 
+class NoSolver(SnowreproError):
+    """A simulation was asked for on a machine that can only read results."""
+
+    exit_code = ExitCode.USAGE
+
+    def __init__(self) -> None:
+        super().__init__(
+            "a simulation needs Taichi, which is not installed here (it has no package for every system and version "
+            "of Python): results can be read, classified and reported, but not made"
+        )
+
+
 class StoreError(SnowreproError):
     """A folder or file that cannot be read or written."""
 
@@ -51,7 +63,7 @@ class FailedBefore(SnowreproError):
 class Diverged(SnowreproError):
     """The simulation stopped being one: it says cause, particle, frame and time; ``frame`` is the one it failed in."""
 
-    def __init__(self, message: str, frame: int):
+    def __init__(self, message: str, frame: int) -> None:
         super().__init__(message, frame)  # both, so that it can be sent between processes
         self.frame = frame
 

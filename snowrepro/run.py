@@ -1,121 +1,151 @@
-"""One run from config to stored result; doing it again finds it done."""
+"""One run from its configuration to a stored result; doing it again finds it done."""
 
+import json
 import logging
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 from omegaconf import DictConfig
 
-from .analysis.summary import row_of
-from .composition import job_overrides, validate
-from .config import Config
-from .errors import Diverged, FailedBefore, LeaseLost, StoreError
-from .mpm import diagnostics
-from .simulation import Progress, simulate
-from .store import lease, runs, states
+from .composition.compose import job_overrides, validate
+from .errors import Diverged, FailedBefore, LeaseLost, NoSolver, StoreError
+from .mpm import ledger
+from .settings.config import Config
+from .store import lease, states
 from .store.files import require_writable
 from .store.lease import Lease
 from .store.provenance import command, now, peak_memory_mb
+from .store.run import CHECKPOINT, LOG, Run, discard, has_failed_for_good
+from .summary.row import read_row
+
+if TYPE_CHECKING:
+    from .simulation import Progress
 
 log = logging.getLogger("snowrepro")
 PROGRESS_SECONDS = 0.5
-MOST_KEEPING = 20.0  # a checkpoint waits this many times what the last one took to write
+MOST_WRITING = 20.0  # a checkpoint waits this many times what the last one took to write
 
 
-def run(config: Config, on_progress: Callable[[Progress], None] | None = None) -> Path:
-    """Make sure that the run's result is in the store, and return its path.
+def simulate(
+    config: Config,
+    on_frame: Callable[["Progress"], None] | None = None,
+    resume: Mapping[str, np.ndarray] | None = None,
+) -> xr.Dataset:
+    """Simulate one run, in memory alone; see ``simulate_case`` for what is returned and raised.
+
+    Raises NoSolver where Taichi is not installed.
+    """
+    dataset = _solver().simulate_case(config.case, on_frame, resume, config.execution.threads)
+    return dataset.assign_attrs(config=json.dumps(config.settings()))
+
+
+def _solver() -> ModuleType:
+    """The computing half of the program, which is loaded only here: all the rest reads stores without Taichi."""
+    try:
+        from . import simulation
+    except ModuleNotFoundError as error:
+        if error.name != "taichi":
+            raise
+        raise NoSolver from error
+    return simulation
+
+
+def do_run(run: Run, on_progress: Callable[["Progress"], None] | None = None) -> Path:
+    """Make sure that a run's result is in the store, and return its file.
 
     Waits for another process that works on the same run.  A run that was stopped goes on from its last
-    checkpoint, to the same bits as if it had not been.  Raises the errors of ``simulate``, recorded in the
-    store; FailedBefore where trying again would end likewise; StoreError.
+    checkpoint, to the same bits as if it had not been.  Raises the errors of ``simulate``, but for NoSolver
+    recorded in the store; FailedBefore where trying again would end likewise; StoreError.
     """
-    path = runs.result_path(config)
-    if runs.is_current(config):
-        return path
-    work = runs.work_dir(config)
-    require_writable(work)
-    if other := lease.holder(work):
+    if run.is_current():
+        return run.result
+    _solver()  # nothing is recorded of a run where none could be made
+    require_writable(run.work)
+    if other := lease.holder(run.work):
         log.info("waits for %s, which works on this run", other)
-    with lease.held(work) as held:
-        runs.adopt(config)
-        if not runs.is_current(config):
-            _attempt(config, on_progress, held)
+    with lease.held(run.work) as lease_of_run:
+        run.adopt()
+        if not run.is_current():
+            _attempt(run, on_progress, lease_of_run)
         with suppress(OSError):  # what is left is a scrap
-            runs.discard(work)
-    row_of(config)
-    return path
+            discard(run.work)
+    read_row(run)
+    return run.result
 
 
-def _attempt(config: Config, on_progress: Callable[[Progress], None] | None, held: Lease) -> None:
+def _attempt(run: Run, on_progress: Callable[["Progress"], None] | None, lease_of_run: Lease) -> None:
     """Simulate and publish, or record why not."""
-    before = runs.outcome(config)
-    if runs.has_failed_for_good(before):
+    before = run.outcome()
+    if has_failed_for_good(before):
         raise FailedBefore(f"{before['message']} (as found before; 'snowrepro retry' tries again)")
-    with _log_to(runs.work_dir(config) / runs.LOG):
-        runs.save_config(config)
-        resume = runs.checkpoint(config)
+    with _log_to(run.work / LOG):
+        run.save_config()
+        resume = run.checkpoint()
         start = f", goes on from frame {int(resume['frame'])}" if resume else ""
-        log.info("run %s%s", runs.identify(config), start)
-        watch = Watch(config, on_progress, held, resume or {})
+        log.info("run %s%s", run.id, start)
+        watch = Watch(run, on_progress, lease_of_run, resume or {})
         try:
-            dataset = simulate(config, watch, resume)
-            for line in diagnostics.bounded(dataset):
+            dataset = simulate(run.config, watch, resume)
+            for line in ledger.bounded(dataset):
                 log.info("%s", line)
             particles, substeps = dataset.sizes["particle"], int(dataset["substeps"].sum())
             log.info("%s particles, %s substeps, %.1f s", f"{particles:,}", f"{substeps:,}", watch.seconds())
             facts = {"peak_memory_mb": peak_memory_mb(), "began": watch.began, "command": command(job_overrides())}
-            runs.save(dataset, config, facts, wall_seconds=watch.seconds(), seconds_per_frame=watch.per_frame())
+            run.save(dataset, facts, wall_seconds=watch.seconds(), seconds_per_frame=watch.per_frame())
         except KeyboardInterrupt:
-            _record(config, states.INTERRUPTED, f"stopped in frame {watch.frame + 1}")
+            _record(run, states.INTERRUPTED, f"stopped in frame {watch.frame + 1}")
             raise
         except Diverged as error:
-            error = _with_last_good_state(error, config)
-            _record(config, states.FAILED, str(error), final=True)
+            error = _with_last_good_state(error, run)
+            _record(run, states.FAILED, str(error), final=True)
             raise error from None
         except LeaseLost:
             raise
         except Exception as error:
-            _record(config, states.FAILED, str(error) or type(error).__name__)
+            _record(run, states.FAILED, str(error) or type(error).__name__)
             raise
         finally:
-            runs.forget_progress(config)
+            run.forget_progress()
 
 
-def _record(config: Config, state: str, message: str, final: bool = False) -> None:
-    """Say in log and store how an attempt ended."""
+def _record(run: Run, state: str, message: str, final: bool = False) -> None:
+    """Write into log and store how an attempt ended."""
     log.log(logging.INFO if state == states.INTERRUPTED else logging.ERROR, "%s: %s", state, message)
     with suppress(StoreError):  # a full disk must not hide the first error
-        runs.save_outcome(config, state, message, final)
+        run.save_outcome(state, message, final)
 
 
-def _with_last_good_state(error: Diverged, config: Config) -> Diverged:
+def _with_last_good_state(error: Diverged, run: Run) -> Diverged:
     """Keep the state before the frame that failed as the run's checkpoint, and say so if that was possible.
 
     A run repeats its bits, so the state is had by going there again from the last checkpoint.
     """
     frame = error.frame - 1
 
-    def keep(progress: Progress) -> None:
+    def keep(progress: "Progress") -> None:
         if progress.frame == frame:
-            runs.save_checkpoint(config, {**progress.checkpoint(), "seconds": np.array(0.0)})
+            run.save_checkpoint({**progress.checkpoint(), "seconds": np.array(0.0)})
 
-    kept = runs.checkpoint(config)
-    if kept is None or int(kept["frame"]) < frame:
+    checkpoint = run.checkpoint()
+    if checkpoint is None or int(checkpoint["frame"]) < frame:
         with suppress(Diverged, StoreError):  # a full disk must not hide the first error
-            simulate(config, keep, kept)
-        kept = runs.checkpoint(config)
-    if kept is None:
+            simulate(run.config, keep, checkpoint)
+        checkpoint = run.checkpoint()
+    if checkpoint is None:
         return error
-    where = (runs.work_dir(config) / runs.CHECKPOINT).relative_to(config.store)  # a report takes the message over
-    return Diverged(f"{error}; last good state: frame {int(kept['frame'])}, in {where} of the store", error.frame)
+    where = (run.work / CHECKPOINT).relative_to(run.store)  # a report takes the message over
+    return Diverged(f"{error}; last good state: frame {int(checkpoint['frame'])}, in {where} of the store", error.frame)
 
 
-def run_raw(raw: DictConfig) -> str:
-    """The task that Hydra's launchers call with each composed config."""
-    return str(run(validate(raw)))
+def do_job(raw: DictConfig) -> str:
+    """The task that Hydra's launchers call with each composed configuration."""
+    return str(do_run(Run(validate(raw))))
 
 
 class Watch:
@@ -127,43 +157,46 @@ class Watch:
 
     def __init__(
         self,
-        config: Config,
-        on_progress: Callable[[Progress], None] | None,
-        held: Lease,
+        run: Run,
+        on_progress: Callable[["Progress"], None] | None,
+        lease_of_run: Lease,
         resume: Mapping[str, np.ndarray],
-    ):
-        self.config, self.on_progress, self.held = config, on_progress, held
+    ) -> None:
+        self.run, self.on_progress, self.lease = run, on_progress, lease_of_run
         spent = float(resume["seconds"]) if resume else 0.0
         self.began = str(resume.get("began", now()))  # the first attempt; an older checkpoint does not say
         self.frame = 0
         self.warned = False
         self.started = time.perf_counter() - spent
         self.frames: list[float] = []  # when each was there
-        self.told = self.kept = time.perf_counter()
-        self.keeping = 0.0  # how long the last checkpoint took to write
+        self.last_report = self.last_checkpoint = time.perf_counter()
+        self.writing_seconds = 0.0  # how long the last checkpoint took to write
 
-    def __call__(self, progress: Progress) -> None:
+    def __call__(self, progress: "Progress") -> None:
+        """Take note of a frame; report and keep a checkpoint if it is time to.  Raises LeaseLost."""
         moment = time.perf_counter()
         self.frames.append(moment)
         self.frame = progress.frame
         if self.on_progress:
             self.on_progress(progress)
-        if moment - self.told > PROGRESS_SECONDS:
-            self.told = moment
-            if self.held.lost:
-                raise LeaseLost(f"another process took over {runs.identify(self.config)}")
-            with self._warning():
-                runs.save_progress(self.config, progress.frame, progress.frames, progress.substeps)
-        if moment - self.kept > max(self.config.checkpoint_seconds, MOST_KEEPING * self.keeping):
+        if moment - self.last_report > PROGRESS_SECONDS:
+            self.last_report = moment
+            if self.lease.lost:
+                raise LeaseLost(f"another process took over {self.run.id}")
+            with self._warn_once():
+                self.run.save_progress(progress.frame, progress.frames, progress.substeps)
+        if moment - self.last_checkpoint > max(
+            self.run.config.execution.checkpoint_seconds, MOST_WRITING * self.writing_seconds
+        ):
             arrays = progress.checkpoint()
-            with self._warning():
-                kept = {"seconds": np.array(self.seconds()), "began": np.array(self.began)}
-                runs.save_checkpoint(self.config, {**arrays, **kept})
-            self.kept = time.perf_counter()
-            self.keeping = self.kept - moment
+            with self._warn_once():
+                origin = {"seconds": np.array(self.seconds()), "began": np.array(self.began)}
+                self.run.save_checkpoint({**arrays, **origin})
+            self.last_checkpoint = time.perf_counter()
+            self.writing_seconds = self.last_checkpoint - moment
 
     @contextmanager
-    def _warning(self) -> Iterator[None]:
+    def _warn_once(self) -> Iterator[None]:
         """What cannot be written is no reason to stop."""
         try:
             yield

@@ -1,4 +1,4 @@
-"""Run one configuration and describe its result as a Dataset that explains itself."""
+"""Run one case and describe its result as a Dataset that explains itself."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -8,10 +8,10 @@ import numpy as np
 import xarray as xr
 
 from . import units
-from .config import MODEL_VERSION, Config
-from .mpm import diagnostics, solver
+from .mpm import diagnostics, ledger, solver
 from .mpm.state import PARTICLE_STATE
 from .scene.build import build_scene
+from .settings.case import MODEL_VERSION, Case
 
 
 @dataclass
@@ -25,12 +25,12 @@ class Record:
     )
     constants: dict[str, np.ndarray] = field(default_factory=dict)  # as they were at the start
 
-    def add(self, frame: solver.Frame, config: Config) -> None:
+    def add(self, frame: solver.Frame, case: Case) -> None:
         """Measure a frame, and keep its particles if they are to be stored."""
         if frame.number == 0:
             self.constants = {name: frame.read(name) for name in ("mass", "volume")}
-        self.rows.append(diagnostics.measure(frame, config, self.rows[-1] if self.rows else None))
-        if config.is_stored(frame.number):
+        self.rows.append(diagnostics.measure(frame, case, self.rows[-1] if self.rows else None))
+        if case.is_stored(frame.number):
             self.numbers.append(frame.number)
             for name, values in self.stored.items():
                 values.append(frame.read(name).astype(np.float32))
@@ -46,26 +46,27 @@ class Progress:
     checkpoint: Callable[[], dict[str, np.ndarray]]
 
 
-def simulate(
-    config: Config,
+def simulate_case(
+    case: Case,
     on_frame: Callable[[Progress], None] | None = None,
     resume: Mapping[str, np.ndarray] | None = None,
+    threads: int = 1,
 ) -> xr.Dataset:
-    """Simulate one run.
+    """Simulate one case.
 
     ``on_frame`` is called after each frame; what its ``checkpoint`` gave can be passed as ``resume`` to
     go on from there, to the same bits.  Returns a Dataset with dimensions ``frame`` (0 to the last, for
     the diagnostics), ``snapshot`` (the stored frames), ``particle`` and ``axis``.
     Raises ConfigError where the scene does not fit, Diverged where the run stops being one.
     """
-    scene = build_scene(config)
-    total = config.frames
+    scene = build_scene(case)
+    total = case.frames
     record = _unpack(resume) if resume else Record()
-    for frame in solver.frames(config, scene, resume):
-        record.add(frame, config)
+    for frame in solver.frames(case, scene, resume, threads):
+        record.add(frame, case)
         if on_frame:
             on_frame(Progress(frame.number, total, frame.substeps, partial(_pack, record, frame)))
-    return _describe(config, record)
+    return _describe(case, record)
 
 
 def _pack(record: Record, frame: solver.Frame) -> dict[str, np.ndarray]:
@@ -89,15 +90,15 @@ def _unpack(saved: Mapping[str, np.ndarray]) -> Record:
     return Record(rows, numbers, stored, part("constant "))
 
 
-def _describe(config: Config, record: Record) -> xr.Dataset:
+def _describe(case: Case, record: Record) -> xr.Dataset:
     """Put the arrays of a run into a Dataset with names and units."""
     rows, numbers = record.rows, record.numbers
 
     def attrs(long_name: str, powers: str) -> dict[str, str]:
-        return {"long_name": long_name, "units": units.text(powers, config.reading.length_unit)}
+        return {"long_name": long_name, "units": units.text(powers, case.reading.length_unit)}
 
     table = {q.name: q for q in PARTICLE_STATE}
-    frame_time = config.loading.frame_time
+    frame_time = case.loading.frame_time
     coords = {
         "frame": ("frame", np.arange(len(rows), dtype=np.int32), attrs("frame number", "1")),
         "time": ("frame", np.arange(len(rows)) * frame_time, attrs("time since pressing began", "T")),
@@ -106,29 +107,28 @@ def _describe(config: Config, record: Record) -> xr.Dataset:
         "axis": ("axis", np.array(["x", "y"]), {"long_name": "horizontal and upward axis", "units": "1"}),
     }
     variables = {}
-    for name, values in record.stored.items():
+    for name, states in record.stored.items():
         quantity = table[name]
         dims = ("snapshot", "particle", "axis")[: 2 + len(quantity.shape)]
-        variables[name] = (dims, np.stack(values), attrs(quantity.long_name, quantity.unit))
+        variables[name] = (dims, np.stack(states), attrs(quantity.long_name, quantity.unit))
     for name, values in record.constants.items():
-        variables[name] = ("particle", values, attrs(table[name].long_name, table[name].unit))
-    for name, (long_name, powers) in diagnostics.meaning(config).items():
+        variables[name] = (("particle",), values, attrs(table[name].long_name, table[name].unit))
+    for name, (long_name, powers) in ledger.meaning(case).items():
         values = np.array([row[name] for row in rows])
-        variables[name] = ("frame", values, attrs(long_name, powers))
+        variables[name] = (("frame",), values, attrs(long_name, powers))
     dataset = xr.Dataset(variables, coords)
     dataset.attrs = {
-        "title": f"{config.shape.name} snow on {config.floor.name} floor, pressure {config.pressure:g}, "
-        f"sintering {config.sintering.name}",
+        "title": f"{case.shape.name} snow on {case.floor.name} floor, pressure {case.pressure:g}, "
+        f"sintering {case.sintering.name}",
         "model_version": MODEL_VERSION,
-        "config": config.model_dump_json(),
-        "release_frame": config.loading.press_frames,
-        "grid_spacing": config.dx,
-        "cell_mass": config.material.rho * config.reading.cell**2,
-        "length_unit": config.reading.length_unit,
+        "release_frame": case.loading.press_frames,
+        "grid_spacing": case.dx,
+        "cell_mass": case.material.rho * case.reading.cell**2,
+        "length_unit": case.reading.length_unit,
         "comment": "Lengths are in the unit 'length_unit'; grid_spacing is one cell of this run's grid; "
         "cell_mass the mass of unpressed snow in one cell of the paper's grid.",
     }
-    if config.indenter:
+    if case.indenter:
         dataset.attrs["title"] += ", indented at release"
         dataset.attrs["comment"] += " floor_work is of floor, vice and indenter together."
     return dataset

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from snowrepro.composition import compose
-from snowrepro.config import Config
-from snowrepro.simulation import simulate
+from snowrepro.composition.compose import compose
+from snowrepro.run import simulate
+from snowrepro.settings.config import Config
 from tests.validation import table
 
 # A run that ends in seconds: coarse, short, and with all that a long one has.
@@ -19,6 +19,11 @@ SMALL = [
     "loading.frames=60",
     "reading.drop_height=6",
     "reading.gravity=40",  # lands near frame 47
+]
+# A hardness test on the small body; its speed is for tests of bits and books, not of hardness.
+QUICK = [
+    *(*SMALL, "pressure=3000", "indenter=disc", "indenter.speed=4", "indenter.depth=3"),
+    *("indenter.rest_frames=10", "indenter.every=20"),
 ]
 
 
@@ -45,7 +50,7 @@ def taichi() -> None:
     """Taichi as a run starts it."""
     from snowrepro.mpm.solver import start_taichi
 
-    start_taichi(compose())
+    start_taichi(compose().case.solver, threads=1)
 
 
 @pytest.fixture(scope="session")
@@ -58,6 +63,12 @@ def small_config() -> Config:
 def small_run(small_config: Config) -> xr.Dataset:
     """The small run, simulated once."""
     return simulate(small_config)
+
+
+@pytest.fixture(scope="session")
+def indented_run() -> xr.Dataset:
+    """The small body, indented at its release."""
+    return simulate(compose(QUICK))
 
 
 @pytest.fixture

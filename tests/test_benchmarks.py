@@ -17,11 +17,11 @@ ROUND_OFF = 1e-11  # of positions, in cells; the peers' exp is another
 def test_numba_kernel_computes_the_same(spline):
     """Frames with impact and plastic flow: same substeps, positions and plastic volumes."""
     pytest.importorskip("numba")
-    from peers.numba_kernel import Run
-    from snow import GRAVITY, snow
+    from peers.numba_kernel import NumbaSolver
+    from snow import GRAVITY, start_snow
 
-    start = snow("ball_on_L", spline, DX)
-    run = Run(start, spline)
+    start = start_snow("ball_on_L", spline, DX)
+    run = NumbaSolver(start, spline)
     first = start.particles["position"]
     substeps = 0
     for _ in range(6):
@@ -39,11 +39,11 @@ def test_numba_kernel_computes_the_same(spline):
 def test_warp_computes_the_same(spline):
     """Its time step is fixed, so the frames are short enough that snowrepro takes one substep each too."""
     warp = pytest.importorskip("warp")
-    from peers.warp_mpm import Run
-    from snow import GRAVITY, snow
+    from peers.warp_mpm import WarpSolver
+    from snow import GRAVITY, start_snow
 
-    start = snow("ball_on_L", spline, DX, frame_time=4e-4)
-    run = Run(start, spline, warp.float64)
+    start = start_snow("ball_on_L", spline, DX, frame_time=4e-4)
+    run = WarpSolver(start, spline, warp.float64)
     for _ in range(150):
         assert start.advance() == 1
         run.advance_frame(GRAVITY, substeps=1)
@@ -52,19 +52,19 @@ def test_warp_computes_the_same(spline):
         np.testing.assert_allclose(run.read(name), start.read(name), rtol=0, atol=ROUND_OFF)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("code", ["snowrepro", "numba", "warp", "mpm99"])
 def test_a_case_runs_in_a_process(code):
     """For a moment, two at once."""
-    from cases import Case, at_once
+    from cases import BenchmarkCase, measure_together
 
-    case = Case(code, in_full=code == "snowrepro", warm_up=1, updates=0.1)
-    if not case.installed:
+    case = BenchmarkCase(code, in_full=code == "snowrepro", warm_up=1, updates=0.1)
+    if not case.is_installed:
         pytest.skip(f"{code} is not installed")
-    assert all(measured.rate > 0 and measured.megabytes > 0 for measured in at_once([case, case]))
+    assert all(measured.rate > 0 and measured.megabytes > 0 for measured in measure_together([case, case]))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_sweeps_are_measured():
     """In small."""
     script = Path(__file__).parents[1] / "benchmarks" / "sweeps.py"

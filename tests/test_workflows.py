@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from snowrepro.cli.main import _parser
+from snowrepro.cli.main import build_parser
 
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / ".github" / "workflows"
@@ -44,7 +44,7 @@ def unknown(words: list[str]) -> str | None:
         return told if code or "Nothing to be done" in told else None  # the latter of files without a rule
     if Path(program).name == "snowrepro":
         try:
-            _parser().parse_args(arguments)
+            build_parser().parse_args(arguments)
         except SystemExit:
             return f"snowrepro {' '.join(arguments)}"
     return None

@@ -323,11 +323,11 @@ def floor_at(x, y, nodes, dx):
     return distance, normal_x / length, normal_y / length
 
 
-class Run:
-    """A run with the kernel above."""
+class NumbaSolver:
+    """A simulation by the kernel above."""
 
     def __init__(self, start, spline: str):
-        """``start``: a ``snow.Snow``."""
+        """Take over the start of a ``snow.Snow``."""
         count, size, laws = len(start.particles["mass"]), start.distance.shape, start.laws
         state = {**start.particles, "tau": np.zeros((count, 3))}
         self.particles = Particles(*(state[name].copy() for name in Particles._fields))

@@ -5,7 +5,9 @@ Other than there: the time step is fixed, so no largest speed is sought, and all
 and updated instead of the box in use.  No sintering.
 """
 
+import functools
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -26,21 +28,33 @@ class Stages:
     grid_to_particles: wp.Kernel
 
 
-def stages_of(spline: str, real: type) -> Stages:
-    """Kernels for ``quadratic`` or ``cubic`` in ``wp.float32`` or ``wp.float64``."""
+# Warp's own literals are f32: every number in a kernel is made by ``real``.
+TINY = 1e-30  # keeps 0/0 out, in f32 too
+
+
+@functools.cache
+def make_types(real: type) -> tuple[type, type, type]:
+    """Make the types of two and three numbers and of a matrix of 2 by 2, in ``wp.float32`` or ``wp.float64``."""
+    return wp.types.vector(2, real), wp.types.vector(3, real), wp.types.matrix((2, 2), real)
+
+
+def make_stages(spline: str, real: type) -> Stages:
+    """Make the kernels for ``quadratic`` or ``cubic`` in ``wp.float32`` or ``wp.float64``."""
+    weights = make_cubic(real) if spline == "cubic" else make_quadratic(real)
     count = 4 if spline == "cubic" else 3
-    vec2, vec3, mat22 = (
-        wp.types.vector(2, real),
-        wp.types.vector(3, real),
-        wp.types.matrix((2, 2), real),
+    slide, floor_at = make_contact(real)
+    return Stages(
+        make_stress(real),
+        make_particles_to_grid(real, weights, count),
+        make_node_velocities(real, slide),
+        make_grid_to_particles(real, weights, count, slide, floor_at),
     )
-    per_axis = wp.types.vector(count, real)
 
-    sixth, third2 = real(1.0 / 6.0), real(2.0 / 3.0)  # made here, since Warp's own literals are f32
-    tiny = real(1e-30)  # keeps 0/0 out, in f32 too
-    touch = real(1e-9 if real is wp.float64 else 1e-5)  # [grid spacings]
 
-    # First node, weights, slopes and distances of the nodes from x, in grid spacings.
+def make_quadratic(real: type) -> Any:
+    """Make the spline's function: of x to first node, weights, slopes, distances from x, in grid spacings."""
+    per_axis = wp.types.vector(3, real)
+
     @wp.func
     def quadratic(x: real):
         base = int(wp.floor(x - real(0.5)))
@@ -48,6 +62,14 @@ def stages_of(spline: str, real: type) -> Stages:
         a, b, c = real(1.5) - f, f - real(1.0), f - real(0.5)
         w = per_axis(real(0.5) * a * a, real(0.75) - b * b, real(0.5) * c * c)
         return base, w, per_axis(-a, real(-2.0) * b, c), per_axis(-f, real(1.0) - f, real(2.0) - f)
+
+    return quadratic
+
+
+def make_cubic(real: type) -> Any:
+    """Make the same function of the cubic spline."""
+    per_axis = wp.types.vector(4, real)
+    sixth, third2 = real(1.0 / 6.0), real(2.0 / 3.0)
 
     @wp.func
     def cubic(x: real):
@@ -66,7 +88,13 @@ def stages_of(spline: str, real: type) -> Stages:
         )
         return base, w, slopes, per_axis(real(-1.0) - f, -f, g, real(1.0) + g)
 
-    weights = cubic if spline == "cubic" else quadratic
+    return cubic
+
+
+def make_contact(real: type) -> tuple[Any, Any]:
+    """Make two functions: what contact leaves of a velocity, and distance and normal of the floor at a place."""
+    vec2, _, _ = make_types(real)
+    tiny = real(TINY)
 
     @wp.func
     def slide(velocity: vec2, normal: vec2, friction: real):
@@ -88,6 +116,14 @@ def stages_of(spline: str, real: type) -> Stages:
         d += fx * (gy * distance[i + 1, j] + fy * distance[i + 1, j + 1])
         n = gx * (gy * normal[i, j] + fy * normal[i, j + 1]) + fx * (gy * normal[i + 1, j] + fy * normal[i + 1, j + 1])
         return d, n / (wp.length(n) + tiny)
+
+    return slide, floor_at
+
+
+def make_stress(real: type) -> wp.Kernel:
+    """Make the kernel that clamps the stretches, hardens, and stores the stress."""
+    vec2, _, mat22 = make_types(real)
+    tiny = real(TINY)
 
     @wp.kernel(module="unique")
     def stress(
@@ -127,6 +163,13 @@ def stages_of(spline: str, real: type) -> Stages:
             volumetric, real(0.0), real(0.0), volumetric
         )
 
+    return stress
+
+
+def make_particles_to_grid(real: type, weights: Any, count: int) -> wp.Kernel:
+    """Make the kernel that sums mass and momentum on the nodes; ``count``: of nodes that a spline reaches an axis."""
+    vec2, vec3, mat22 = make_types(real)
+
     @wp.kernel(module="unique")
     def particles_to_grid(
         position: wp.array(dtype=vec2),
@@ -155,6 +198,13 @@ def stages_of(spline: str, real: type) -> Stages:
                 q = w * (momentum + A * vec2(arm_x[i], arm_y[j])) - T * slope
                 wp.atomic_add(sums, base_x + i, base_y + j, vec3(w * m, q[0], q[1]))
 
+    return particles_to_grid
+
+
+def make_node_velocities(real: type, slide: Any) -> wp.Kernel:
+    """Make the kernel that turns momentum into velocity, with gravity and contact."""
+    vec2, vec3, _ = make_types(real)
+
     @wp.kernel(module="unique")
     def node_velocities(
         sums: wp.array2d(dtype=vec3),
@@ -175,6 +225,14 @@ def stages_of(spline: str, real: type) -> Stages:
             elif distance[i, j] < dx:
                 v = slide(v, normal[i, j], friction)
             node_velocity[i, j] = v
+
+    return node_velocities
+
+
+def make_grid_to_particles(real: type, weights: Any, count: int, slide: Any, floor_at: Any) -> wp.Kernel:
+    """Make the kernel that moves the particles with the nodes, and lets them slide on the floor."""
+    vec2, _, mat22 = make_types(real)
+    touch = real(1e-9 if real is wp.float64 else 1e-5)  # [grid spacings]
 
     @wp.kernel(module="unique")
     def grid_to_particles(
@@ -217,17 +275,17 @@ def stages_of(spline: str, real: type) -> Stages:
         affine[p] = B
         position[p] = x + dt * v
 
-    return Stages(stress, particles_to_grid, node_velocities, grid_to_particles)
+    return grid_to_particles
 
 
-class Run:
-    """A run on Warp's CPU device."""
+class WarpSolver:
+    """A simulation on Warp's CPU device."""
 
     def __init__(self, start, spline: str, real: type = wp.float64):
-        """``start``: a ``snow.Snow``."""
-        self.stages = stages_of(spline, real)
+        """Take over the start of a ``snow.Snow``; ``real``: the type of all numbers."""
+        self.stages = make_stages(spline, real)
         self.laws, self.real, self.count = start.laws, real, len(start.particles["mass"])
-        vec2, vec3, mat22 = wp.types.vector(2, real), wp.types.vector(3, real), wp.types.matrix((2, 2), real)
+        vec2, vec3, mat22 = make_types(real)
         dtypes = {0: real, 1: vec2, 2: mat22}
         self.state = {
             name: wp.array(values, dtype=dtypes[values.ndim - 1], device="cpu")

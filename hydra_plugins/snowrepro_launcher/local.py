@@ -19,9 +19,11 @@ from omegaconf import DictConfig, open_dict
 
 @dataclass
 class LocalLauncherConf:
-    """Settings: ``workers`` processes at a time, 0 for as many as cores and memory allow; ``memory_gb`` of a run,
-    null for what earlier ones used; ``time_limit_minutes`` of a run, 0 for none; ``retries`` of a run whose process
-    crashed."""
+    """Settings of the launcher.
+
+    ``workers``: processes at a time, 0 for as many as cores and memory allow; ``memory_gb``: of a run, null for what
+    earlier ones used; ``time_limit_minutes``: of a run, 0 for none; ``retries``: of a run whose process crashed.
+    """
 
     _target_: str = "hydra_plugins.snowrepro_launcher.local.LocalLauncher"
     workers: int = 0
@@ -40,7 +42,7 @@ class LocalLauncher(Launcher):
 
     def __init__(
         self, workers: int = 0, memory_gb: float | None = None, time_limit_minutes: float = 0.0, retries: int = 1
-    ):
+    ) -> None:
         self.workers = workers
         self.memory_gb = memory_gb
         self.time_limit_minutes = time_limit_minutes
@@ -68,24 +70,29 @@ class LocalLauncher(Launcher):
         jobs = []
         for index, overrides in enumerate(job_overrides, initial_job_idx):
             label = " ".join(o for o in filter_overrides(overrides) if o not in common) or f"job {index}"
-            jobs.append(Job(label, functools.partial(self._prepare, overrides, index)))
-        limits = Limits(self._workers_at_a_time(len(jobs)), 60.0 * self.time_limit_minutes, self.retries)
+            jobs.append(Job(label, functools.partial(self._prepare_job, overrides, index)))
+        limits = Limits(self._choose_workers(len(jobs)), 60.0 * self.time_limit_minutes, self.retries)
         with SweepTable(len(jobs), limits.workers) as table:
             run_jobs(jobs, limits, table)
-        return [_job_return(job.result) for job in jobs]
+        return [_make_job_return(job.result) for job in jobs]
 
-    def _workers_at_a_time(self, jobs: int) -> int:
-        """As many as are asked for, or as cores and memory allow; at least one."""
+    def _choose_workers(self, jobs: int) -> int:
+        """Choose how many of ``jobs`` run at a time: as set, or as cores and memory allow; at least one."""
         from snowrepro.sweep.processes import free_memory, usable_cores
 
         fitting = int(free_memory() / (1e9 * self.memory_gb)) if self.memory_gb else jobs
         return max(1, min(jobs, self.workers or min(usable_cores(), fitting)))
 
-    def _prepare(self, overrides: Sequence[str], index: int, job: Any) -> bytes:
-        """Compose a job that is about to start, and pickle it; one of snowrepro's gets its place in the store."""
+    def _prepare_job(self, overrides: Sequence[str], index: int, job: Any) -> bytes:
+        """Compose the configuration of a job that is about to start, and pickle its call.
+
+        A job of snowrepro is told where it is in the store.
+        """
         import cloudpickle
 
-        assert self.config is not None and self.hydra_context is not None
+        assert self.config is not None
+        assert self.hydra_context is not None
+        assert self.task_function is not None
         config = self.hydra_context.config_loader.load_sweep_config(self.config, list(overrides))
         with open_dict(config):
             config.hydra.job.id = f"{config.hydra.job.name}_{index}"
@@ -99,7 +106,9 @@ class TaskFailed(Exception):
     """A job whose task raised; holds the JobReturn that says what, and says the same."""
 
     def __str__(self) -> str:
-        return str(self.args[0]._return_value)
+        from snowrepro.composition.hydra_private import result_of
+
+        return str(result_of(self.args[0]))
 
 
 def execute(
@@ -121,30 +130,32 @@ def execute(
 
 
 def _tie_to_store(job: Any, config: DictConfig) -> None:
-    """Tell a job of snowrepro where it reports progress, who else does it, and where its loss is recorded."""
-    from snowrepro.composition import validate
+    """Set where a job of snowrepro reports progress, who else works on it, and where its loss is recorded."""
+    from snowrepro.composition.compose import validate
     from snowrepro.errors import ConfigError
-    from snowrepro.store import lease, runs
+    from snowrepro.store import lease
+    from snowrepro.store.run import Run
 
     try:
-        run = validate(config)
+        run = Run(validate(config))
     except ConfigError:  # another application's job
         return
-    job.folder = runs.work_dir(run)
+    job.folder = run.work
 
     def is_elsewhere(job: Any) -> bool:
-        if runs.is_current(run):
+        """Return whether another process does the run; a run that is done already ends the job."""
+        if run.is_current():
             job.state, job.result = "done", JobReturn(status=JobStatus.COMPLETED)
-            job.result.return_value = str(runs.result_path(run))
+            job.result.return_value = str(run.result)
             return False
         return lease.holder(job.folder) is not None
 
     job.is_elsewhere = is_elsewhere
-    job.on_loss = functools.partial(runs.record_loss, run)
+    job.on_loss = run.record_loss
 
 
-def _job_return(result: Any) -> JobReturn:
-    """What Hydra expects of a job, also of one that died."""
+def _make_job_return(result: Any) -> JobReturn:
+    """Make the JobReturn that Hydra expects from the result of a job, also of one that died."""
     if isinstance(result, JobReturn):
         return result
     if isinstance(result, TaskFailed):

@@ -1,1 +1,1 @@
-"""Lumps and powder: what still holds together after the collision, and what the paper claims of it."""
+"""Computations on arrays: which particles hold together in lumps, how hard snow is, and the statistics of claims."""

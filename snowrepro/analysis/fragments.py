@@ -1,6 +1,6 @@
-"""Fragments: what a body broke into, fragment by fragment and from frame to frame."""
+"""The fragments that a body broke into, in one frame and from frame to frame."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,13 +13,13 @@ ROUND_OFF = 1e-12  # of a sum of masses
 
 @dataclass(frozen=True)
 class Fragments:
-    """What a body broke into at one frame.
+    """The fragments of a body in one frame.
 
-    ``label`` (n,): fragment of each particle, 0 the heaviest; ``mass`` (k,) of each fragment, falling;
-    ``is_lump`` (k,): heavy enough to be a lump, the rest is powder; ``broken``: part of the bonds that broke;
-    ``vanished``: part of the mass that is no longer there, neither in lumps nor powder.
-    ``id`` (k,): a name that the heaviest heir of a fragment keeps from frame to frame; ``parent`` (k,): the
-    id of the fragment before that holds most of its mass, -1 in the first frame.
+    ``label`` (n,): fragment of each particle, 0 the heaviest; ``mass`` (k,): of each fragment, falling;
+    ``is_lump`` (k,): whether it is heavy enough to be a lump, all else is powder; ``broken``: part of the bonds that
+    broke; ``vanished``: part of the mass that is no longer there, neither in lumps nor powder.
+    ``id`` (k,): a number that the heaviest heir of a fragment inherits from frame to frame; ``parent`` (k,): the id of
+    the fragment in the frame before that holds most of its mass, -1 in the first frame.
     """
 
     frame: int
@@ -52,61 +52,65 @@ class Fragments:
         return float(self.mass[0] / self.mass.sum())
 
     @property
-    def joined(self) -> float:
-        """S = sum (m_i / M)^2: the chance that two random bits of snow are still joined."""
+    def joined_chance(self) -> float:
+        """The chance S = sum (m_i / M)^2 that two random bits of snow are still joined."""
         return float(((self.mass / self.mass.sum()) ** 2).sum())
 
     @property
     def effective_number(self) -> float:
-        """N_eff = 1 / S: of equal fragments in which two random bits are joined as often."""
-        return 1.0 / self.joined
+        """The number of equal fragments in which two random bits would be joined as often: 1 / S."""
+        return 1.0 / self.joined_chance
 
     @property
     def second_moment(self) -> float:
-        """Sum (m_i / M)^2 without the heaviest fragment: greatest where one body turns into many."""
-        return self.joined - self.largest**2
+        """The sum of (m_i / M)^2 without the heaviest fragment: greatest where one body turns into many."""
+        return self.joined_chance - self.largest**2
 
     @property
     def median_mass(self) -> float:
-        """m50: half of the mass is in fragments at least as heavy, as part of the body."""
-        held = np.cumsum(self.mass) / self.mass.sum()
-        return float(self.mass[np.searchsorted(held, 0.5 - ROUND_OFF)] / self.mass.sum())
+        """The mass, as part of the body, that half of the mass is in fragments at least as heavy as."""
+        below = np.cumsum(self.mass) / self.mass.sum()
+        return float(self.mass[np.searchsorted(below, 0.5 - ROUND_OFF)] / self.mass.sum())
 
     def survival(self) -> tuple[np.ndarray, np.ndarray]:
-        """Phi(m): part of the mass in fragments of at least m; masses falling, as part of the body, and Phi at each."""
+        """Return the masses of the fragments and the part of the mass in fragments of at least that mass, both (k,).
+
+        Masses fall, and are parts of the body's.
+        """
         total = self.mass.sum()
         return self.mass / total, np.cumsum(self.mass) / total
 
 
-def fragments_of(
+def make_fragments(
     frame: int, component: np.ndarray, motion: Motion, least: float, broken: float = float("nan")
 ) -> Fragments:
-    """Fragments of particles by ``component`` (n,), any whole numbers; lumps have at least the mass ``least``.
+    """Make the fragments of a frame from the component of each particle (n,), any whole numbers.
 
-    A particle that has vanished is a fragment by itself and no lump.
+    ``least``: the least mass of a lump; ``broken``: part of the bonds that broke.  A particle that has vanished is a
+    fragment by itself and no lump.
     """
     gone = motion.vanished[motion.index(frame)]
     if gone.any():
         component = np.where(gone, component.max() + 1 + np.cumsum(gone), component)
-    label, mass = _by_falling_mass(component, motion.mass)
-    there = np.ones(len(mass), dtype=bool)
-    there[label[gone]] = False
-    is_lump = (mass >= least * (1 - ROUND_OFF)) & there
+    label, mass = _sort_by_mass(component, motion.mass)
+    is_there = np.ones(len(mass), dtype=bool)
+    is_there[label[gone]] = False
+    is_lump = (mass >= least * (1 - ROUND_OFF)) & is_there
     vanished = float(motion.mass[gone].sum() / motion.mass.sum())
     number = np.arange(len(mass))
     return Fragments(frame, label, mass, is_lump, broken, vanished, number, np.full(len(mass), -1))
 
 
-def with_ancestry(history: Sequence[Fragments], mass: np.ndarray) -> list[Fragments]:
-    """The same fragments, frame by frame, with ids that last and with parents; ``mass`` (n,) of the particles.
+def trace_ancestry(history: Sequence[Fragments], mass: np.ndarray) -> list[Fragments]:
+    """Return the same fragments, frame by frame, with parents and with ids that last from frame to frame.
 
-    The parent holds most of a fragment's mass; of a parent's heirs the heaviest keeps its id, the others get new
-    ones, rising with falling mass.
+    ``mass`` (n,): of the particles.  The parent of a fragment held most of its mass; of a parent's heirs the heaviest
+    inherits its id, the others get new ones, rising with falling mass.
     """
-    traced = [history[0]] if history else []
+    with_ids = [history[0]] if history else []
     unused = len(history[0].mass) if history else 0
     for now in history[1:]:
-        before = traced[-1]
+        before = with_ids[-1]
         size = len(now.mass)
         pair, inverse = np.unique(before.label * size + now.label, return_inverse=True)
         shared = np.bincount(inverse, weights=mass)
@@ -123,14 +127,14 @@ def with_ancestry(history: Sequence[Fragments], mass: np.ndarray) -> list[Fragme
         new_ones = np.flatnonzero(names < 0)
         names[new_ones] = unused + np.arange(len(new_ones))
         unused += len(new_ones)
-        traced.append(
+        with_ids.append(
             Fragments(now.frame, now.label, now.mass, now.is_lump, now.broken, now.vanished, names, before.id[parent])
         )
-    return traced
+    return with_ids
 
 
-def table_of(fragments: Fragments, motion: Motion) -> pd.DataFrame:
-    """A row for each fragment that is there: frame, id, parent, mass, place, size and motion.
+def tabulate_fragments(fragments: Fragments, motion: Motion) -> pd.DataFrame:
+    """Tabulate the fragments that are there, a row each: frame, id, parent, mass, place, size and motion.
 
     Centre, extent (of the box around it) and velocity along each axis, in the units of the data; gyration: root of the
     mean squared distance from the centre; spin: angular velocity about it [1/time], counter-clockwise, in 3D a
@@ -143,17 +147,17 @@ def table_of(fragments: Fragments, motion: Motion) -> pd.DataFrame:
     velocities = motion.velocities(index)[here]
     size = len(fragments.mass)
     total = np.bincount(label, weights=mass, minlength=size)
-    shown = np.flatnonzero(total > 0)
+    not_empty = np.flatnonzero(total > 0)
 
     def mean(values: np.ndarray) -> np.ndarray:
-        """Mass-weighted mean by fragment."""
+        """Return the mass-weighted mean of values (n,) by fragment (k,)."""
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.bincount(label, weights=mass * values, minlength=size) / total
 
     centre = np.stack([mean(values) for values in places.T], axis=1)
     velocity = np.stack([mean(values) for values in velocities.T], axis=1)
     arm, relative = places - centre[label], velocities - velocity[label]
-    extent = _extents(places, label, size)
+    extent = _find_extents(places, label, size)
     columns: dict[str, np.ndarray] = {
         "frame": np.full(size, fragments.frame),
         "id": fragments.id,
@@ -166,12 +170,17 @@ def table_of(fragments: Fragments, motion: Motion) -> pd.DataFrame:
     for name, values in (("centre", centre), ("extent", extent), ("velocity", velocity)):
         columns |= {f"{name}_{axis}": values[:, d] for d, axis in enumerate(names)}
     columns["gyration"] = np.sqrt(mean((arm**2).sum(axis=1)))
-    columns |= _spins(arm, relative, mean)
-    return pd.DataFrame(columns).iloc[shown].reset_index(drop=True)
+    columns |= _find_spins(arm, relative, mean)
+    return pd.DataFrame(columns).iloc[not_empty].reset_index(drop=True)
 
 
-def _spins(arm: np.ndarray, relative: np.ndarray, mean) -> dict[str, np.ndarray]:
-    """Angular velocity that has the fragment's angular momentum about its centre."""
+def _find_spins(
+    arm: np.ndarray, relative: np.ndarray, mean: Callable[[np.ndarray], np.ndarray]
+) -> dict[str, np.ndarray]:
+    """Find the angular velocity (k,) that has each fragment's angular momentum about its centre, by column name.
+
+    ``arm``, ``relative`` (n, 2 or 3): places and velocities from those of the fragment's centre; ``mean``: by fragment.
+    """
     with np.errstate(invalid="ignore", divide="ignore"):
         if arm.shape[1] == 2:
             turning = mean(arm[:, 0] * relative[:, 1] - arm[:, 1] * relative[:, 0])
@@ -179,12 +188,12 @@ def _spins(arm: np.ndarray, relative: np.ndarray, mean) -> dict[str, np.ndarray]
         turning = np.stack([mean(values) for values in np.cross(arm, relative).T], axis=1)
         square = np.stack([[mean(arm[:, i] * arm[:, j]) for j in range(3)] for i in range(3)])
         inertia = np.eye(3)[:, :, None] * np.trace(square) - square
-        solved = np.einsum("kij,kj->ki", np.linalg.pinv(np.nan_to_num(inertia.transpose(2, 0, 1))), turning)
-        return {f"spin_{axis}": solved[:, d] for d, axis in enumerate(AXES)}
+        spin = np.einsum("kij,kj->ki", np.linalg.pinv(np.nan_to_num(inertia.transpose(2, 0, 1))), turning)
+        return {f"spin_{axis}": spin[:, d] for d, axis in enumerate(AXES)}
 
 
-def _extents(places: np.ndarray, label: np.ndarray, size: int) -> np.ndarray:
-    """Sides of the box around each fragment, (k, 2 or 3)."""
+def _find_extents(places: np.ndarray, label: np.ndarray, size: int) -> np.ndarray:
+    """Find the sides of the box around each fragment, (k, 2 or 3); NaN for a fragment without a particle."""
     order = np.argsort(label, kind="stable")
     present, first = np.unique(label[order], return_index=True)
     sides = np.maximum.reduceat(places[order], first) - np.minimum.reduceat(places[order], first)
@@ -193,8 +202,11 @@ def _extents(places: np.ndarray, label: np.ndarray, size: int) -> np.ndarray:
     return extent
 
 
-def _by_falling_mass(component: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Relabel components so that 0 is the heaviest; equal masses keep the order of their first particle."""
+def _sort_by_mass(component: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Number components by falling mass: the number of each particle (n,), and the mass of each component (k,).
+
+    Of equal masses the one with the first particle comes first.
+    """
     _, first, inverse = np.unique(component, return_index=True, return_inverse=True)
     total = np.bincount(inverse, weights=mass)
     order = np.lexsort((first, -total))

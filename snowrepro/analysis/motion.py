@@ -1,6 +1,5 @@
-"""What is classified: places and masses of particles from the release on, from our runs or anyone's."""
+"""Places and masses of particles from the release on, read and checked from a run's Dataset or anyone's data."""
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -8,10 +7,10 @@ import numpy as np
 import xarray as xr
 from scipy.spatial import cKDTree
 
-from ..config import Analysis
 from ..errors import DataError
+from ..settings.analysis import Analysis
 
-NEIGHBOURS = 12  # that tell how dense the particles lie
+NEIGHBOURS = 12  # by whose distance the particles' spacing is found
 PER_AXIS = 2  # particles along a grid cell, where a file does not say how wide its cells are
 AXES = ("x", "y", "z")
 
@@ -20,11 +19,11 @@ AXES = ("x", "y", "z")
 class Motion:
     """Particles over time, from the release on.
 
-    ``frames`` (t,): numbers of the states, rising; ``time`` (t,) of each [s], or the frame numbers where unknown;
-    ``position`` (t, n, 2 or 3); ``velocity`` likewise where the data has it, read when used; ``mass`` (n,);
-    ``grid_spacing`` in the unit of the positions; ``cell_mass``: of unpressed snow in a cell of the paper's grid;
-    ``vanished`` (t, n): particles that are no longer there.  ``unit``: that of the positions, empty where unknown.
-    ``assumed``: what the data does not say, in words.
+    ``frames`` (t,): numbers of the states, rising; ``time`` (t,): of each [s], or the frame numbers where it is not
+    known; ``position`` (t, n, 2 or 3); ``velocity``: the same shape where the data has it, read from the file when it
+    is used; ``mass`` (n,); ``grid_spacing``: in the unit of the positions; ``cell_mass``: of unpressed snow in a cell
+    of the paper's grid; ``vanished`` (t, n): whether a particle is no longer there.  ``unit``: of the positions, empty
+    where it is not known.  ``assumed``: what had to be assumed because the data does not say it, in words.
     """
 
     frames: np.ndarray
@@ -40,23 +39,26 @@ class Motion:
 
     @property
     def release(self) -> int:
-        """Frame of the release."""
+        """The frame of the release."""
         return int(self.frames[0])
 
     @property
     def dimensions(self) -> int:
-        """2 or 3."""
+        """The number of dimensions, 2 or 3."""
         return self.position.shape[2]
 
     def index(self, frame: int) -> int:
-        """Where a frame is.  Raises DataError if it is not there."""
-        found = np.flatnonzero(self.frames == frame)
-        if not len(found):
+        """Return the index of a frame in the arrays.  Raises DataError if it is not stored."""
+        places = np.flatnonzero(self.frames == frame)
+        if not len(places):
             raise DataError(f"frame {frame} is not stored at or after the release in frame {self.release}")
-        return int(found[0])
+        return int(places[0])
 
     def velocities(self, index: int) -> np.ndarray:
-        """Velocity of each particle in the state at ``index``, (n, 2 or 3): as stored, or by differences in time."""
+        """Return the velocity of each particle in the state at ``index``, (n, 2 or 3).
+
+        As it is stored, or else by differences of the positions in time; NaN where there is one state alone.
+        """
         if self.velocity is not None:
             return self.velocity[index].values.astype(float)
         low, high = max(index - 1, 0), min(index + 1, len(self.frames) - 1)
@@ -65,11 +67,14 @@ class Motion:
         return (self.position[high].astype(float) - self.position[low]) / (self.time[high] - self.time[low])
 
     def least_lump(self, analysis: Analysis) -> float:
-        """Least mass of a lump, in cells of the paper's grid too, so that it is the same at every fidelity."""
+        """Return the least mass of a lump.
+
+        It is set in cells of the paper's grid too, so that it is the same at every fidelity.
+        """
         return max(analysis.lump_mass * float(self.mass.sum()), analysis.lump_cells * self.cell_mass)
 
 
-def motion_of(
+def read_motion(
     data: xr.Dataset | np.ndarray,
     *,
     mass: np.ndarray | float | None = None,
@@ -77,7 +82,7 @@ def motion_of(
     grid_spacing: float | None = None,
     cell_mass: float | None = None,
 ) -> Motion:
-    """Read a motion from a Dataset or an array.
+    """Read the motion of particles from a Dataset or an array, and check it.
 
     A Dataset has ``position`` (time, particle, axis), or ``x``, ``y`` and maybe ``z`` (time, particle), under any names
     of the dimensions; where it has them too: ``velocity``, ``mass`` (particle,), a coordinate along time whose whole
@@ -85,15 +90,15 @@ def motion_of(
     shape (time, particle, axis).  The arguments win over the data.  A particle whose place is NaN from some state to
     the last has vanished.  Raises DataError with what is missing or wrong.
     """
-    dataset = data if isinstance(data, xr.Dataset) else _from_array(data)
-    position = _position(dataset)
-    frames, time = _frames(dataset, position)
-    start = _start(dataset, frames, release)
+    dataset = data if isinstance(data, xr.Dataset) else _wrap_array(data)
+    position = _read_position(dataset)
+    frames, time = _read_frames(dataset, position)
+    start = _find_release(dataset, frames, release)
     assumed: list[str] = []
     values = position[start:].values
-    vanished = _vanished(values, frames[start:])
-    masses = _masses(dataset, mass, values.shape[1], assumed)
-    spacing = _spacing(dataset, grid_spacing, values[0], assumed)
+    vanished = _find_vanished(values, frames[start:])
+    masses = _read_masses(dataset, mass, values.shape[1], assumed)
+    spacing = _read_spacing(dataset, grid_spacing, values[0], assumed)
     if cell_mass is None:
         cell_mass = dataset.attrs.get("cell_mass")
     if cell_mass is None:
@@ -103,7 +108,7 @@ def motion_of(
         frames[start:],
         time[start:],
         values,
-        _velocity(dataset, position, start),
+        _read_velocity(dataset, position, start),
         masses,
         spacing,
         float(cell_mass),
@@ -113,20 +118,8 @@ def motion_of(
     )
 
 
-def own_analysis(dataset: xr.Dataset) -> Analysis:
-    """The settings that a run of ours was asked to be classified with; the usual ones for other data."""
-    config = json.loads(dataset.attrs.get("config", "{}"))
-    return Analysis.model_validate(config["analysis"]) if "analysis" in config else usual_analysis()
-
-
-def usual_analysis() -> Analysis:
-    """The settings of conf/analysis/bonds.yaml."""
-    from ..composition import compose
-
-    return compose().analysis
-
-
-def _from_array(positions: np.ndarray) -> xr.Dataset:
+def _wrap_array(positions: np.ndarray) -> xr.Dataset:
+    """Make a Dataset of positions (time, particle, axis).  Raises DataError for other shapes, and for no numbers."""
     try:
         values = np.asarray(positions, dtype=float)
     except (TypeError, ValueError) as error:
@@ -136,8 +129,8 @@ def _from_array(positions: np.ndarray) -> xr.Dataset:
     return xr.Dataset({"position": (("snapshot", "particle", "axis"), values)})
 
 
-def _position(dataset: xr.Dataset) -> xr.DataArray:
-    """Places in the order time, particle, axis."""
+def _read_position(dataset: xr.Dataset) -> xr.DataArray:
+    """Read the positions (time, particle, axis).  Raises DataError where they are missing or have another shape."""
     if "position" in dataset:
         position = dataset["position"]
     elif {"x", "y"} <= set(dataset.variables):
@@ -158,8 +151,11 @@ def _position(dataset: xr.Dataset) -> xr.DataArray:
     return position
 
 
-def _frames(dataset: xr.Dataset, position: xr.DataArray) -> tuple[np.ndarray, np.ndarray]:
-    """Frame numbers, and times [s] where there are any."""
+def _read_frames(dataset: xr.Dataset, position: xr.DataArray) -> tuple[np.ndarray, np.ndarray]:
+    """Read the frame number of each state, and its time [s], or the frame number where there is none; both (t,).
+
+    Raises DataError where the numbers do not rise.
+    """
     along = position.dims[0]
     count = position.shape[0]
     label = dataset[along].values if along in dataset.coords else np.arange(count)
@@ -175,8 +171,8 @@ def _frames(dataset: xr.Dataset, position: xr.DataArray) -> tuple[np.ndarray, np
     return frames, frames.astype(float)
 
 
-def _start(dataset: xr.Dataset, frames: np.ndarray, release: int | None) -> int:
-    """Where the state at release is."""
+def _find_release(dataset: xr.Dataset, frames: np.ndarray, release: int | None) -> int:
+    """Find the index of the state at release.  Raises DataError where the data does not say it, or does not have it."""
     stored = f"stored are {len(frames)} frames from {frames[0]} to {frames[-1]}"
     if release is None:
         release = dataset.attrs.get("release_frame")
@@ -185,14 +181,17 @@ def _start(dataset: xr.Dataset, frames: np.ndarray, release: int | None) -> int:
             f"the data does not say when the snow was released: give the frame ({stored}), as --release or release=, "
             "or as the attribute release_frame"
         )
-    found = np.flatnonzero(frames == int(release))
-    if not len(found):
+    places = np.flatnonzero(frames == int(release))
+    if not len(places):
         raise DataError(f"the release in frame {int(release)} is not stored: {stored}")
-    return int(found[0])
+    return int(places[0])
 
 
-def _vanished(values: np.ndarray, frames: np.ndarray) -> np.ndarray:
-    """Particles without a place, state by state; refused where that is not a vanishing."""
+def _find_vanished(values: np.ndarray, frames: np.ndarray) -> np.ndarray:
+    """Find the particles that have vanished: whether each has no place (NaN) in each state, (t, n).
+
+    Raises DataError where a place is infinite, missing at the release or in all particles, or comes back.
+    """
     if np.isinf(values).any():
         state, particle, _ = np.argwhere(np.isinf(values))[0]
         raise DataError(f"particle {particle} is at infinity in frame {frames[state]}")
@@ -215,31 +214,35 @@ def _vanished(values: np.ndarray, frames: np.ndarray) -> np.ndarray:
     return gone
 
 
-def _masses(dataset: xr.Dataset, mass: np.ndarray | float | None, count: int, assumed: list[str]) -> np.ndarray:
-    """Mass of each particle, positive."""
+def _read_masses(dataset: xr.Dataset, mass: np.ndarray | float | None, count: int, assumed: list[str]) -> np.ndarray:
+    """Read the mass of each particle (n,): given, in the data, or assumed.  Raises DataError where one is not > 0."""
     if mass is None and "mass" in dataset:
         mass = dataset["mass"].values
     if mass is None:
         assumed.append("mass: 1 a particle")
         mass = 1.0
-    given = np.asarray(mass, dtype=float)
-    if given.ndim > 1 or given.size not in (1, count):
-        raise DataError(f"mass must be one number or one a particle ({count}), not of shape {given.shape}")
-    masses = np.broadcast_to(given.ravel(), (count,)).copy()
+    values = np.asarray(mass, dtype=float)
+    if values.ndim > 1 or values.size not in (1, count):
+        raise DataError(f"mass must be one number or one a particle ({count}), not of shape {values.shape}")
+    masses = np.broadcast_to(values.ravel(), (count,)).copy()
     if not np.isfinite(masses).all() or (masses <= 0).any():
         wrong = int(np.argmax(~(np.isfinite(masses) & (masses > 0))))
         raise DataError(f"masses must be positive and finite: particle {wrong} has {masses[wrong]}")
     return masses
 
 
-def _spacing(dataset: xr.Dataset, given: float | None, places: np.ndarray, assumed: list[str]) -> float:
-    """Width of a grid cell: given, or said by the data, or so that PER_AXIS particles lie along it."""
-    if given is None:
-        given = dataset.attrs.get("grid_spacing")
-    if given is not None:
-        if not (np.isfinite(given) and given > 0):
-            raise DataError(f"grid_spacing must be positive, not {given}")
-        return float(given)
+def _read_spacing(dataset: xr.Dataset, spacing_given: float | None, places: np.ndarray, assumed: list[str]) -> float:
+    """Read the width of a grid cell: given, in the data, or assumed so that PER_AXIS particles lie along it.
+
+    ``places`` (n, 2 or 3): of the particles at the release.  Raises DataError where it is not positive, or where most
+    particles are at one place.
+    """
+    if spacing_given is None:
+        spacing_given = dataset.attrs.get("grid_spacing")
+    if spacing_given is not None:
+        if not (np.isfinite(spacing_given) and spacing_given > 0):
+            raise DataError(f"grid_spacing must be positive, not {spacing_given}")
+        return float(spacing_given)
     count, dimensions = places.shape
     near = min(NEIGHBOURS, count - 1)
     if near == 0:
@@ -253,14 +256,15 @@ def _spacing(dataset: xr.Dataset, given: float | None, places: np.ndarray, assum
     return spacing
 
 
-def _velocity(dataset: xr.Dataset, position: xr.DataArray, start: int) -> xr.DataArray | None:
+def _read_velocity(dataset: xr.Dataset, position: xr.DataArray, start: int) -> xr.DataArray | None:
+    """Take the velocities from the release on, not yet read from the file; None where the data has none."""
     if "velocity" not in dataset or dataset["velocity"].dims != position.dims:
         return None
     return dataset["velocity"][start:]
 
 
-def stored(motion: Motion, frames: Sequence[int]) -> list[int]:
-    """``frames`` in rising order, each once.  Raises DataError naming those that are not stored."""
+def require_frames(motion: Motion, frames: Sequence[int]) -> list[int]:
+    """Return ``frames`` in rising order, each once.  Raises DataError naming those that are not stored."""
     missing = sorted(set(frames) - set(motion.frames.tolist()))
     if missing:
         raise DataError(f"frames {missing} are not stored at or after the release in frame {motion.release}")

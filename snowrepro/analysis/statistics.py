@@ -1,4 +1,4 @@
-"""The few statistics that the claims need, on values by seed (rows) and pressure (columns)."""
+"""The statistics that the claims are judged by, on values by seed (rows) and pressure (columns)."""
 
 from dataclasses import dataclass
 
@@ -11,23 +11,26 @@ RNG_SEED = 2024  # of a bootstrap: the same numbers give the same interval
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number with its interval; one value alone has none."""
+    """A mean with its interval from ``low`` to ``high``; one value alone has no interval."""
 
     mean: float
     low: float | None = None
     high: float | None = None
 
-    def above(self, threshold: float) -> bool:
-        """Whether the whole interval lies above."""
+    def is_above(self, threshold: float) -> bool:
+        """Whether the whole interval lies above a threshold."""
         return self.low is not None and self.low > threshold
 
-    def below(self, threshold: float) -> bool:
-        """Whether the whole interval lies below."""
+    def is_below(self, threshold: float) -> bool:
+        """Whether the whole interval lies below a threshold."""
         return self.high is not None and self.high < threshold
 
 
-def estimate(values: np.ndarray, alpha: float) -> Estimate:
-    """Mean of ``values`` (n,) and Student's two-sided interval at 1 - ``alpha``; equal values have one of length 0."""
+def estimate_mean(values: np.ndarray, alpha: float) -> Estimate:
+    """Estimate the mean of ``values`` (n,), with Student's two-sided interval at 1 - ``alpha``.
+
+    Equal values have an interval of length 0.
+    """
     values = np.asarray(values, dtype=float)
     mean = float(values.mean())
     if len(values) < 2:
@@ -36,8 +39,8 @@ def estimate(values: np.ndarray, alpha: float) -> Estimate:
     return Estimate(mean, mean - half, mean + half)
 
 
-def page(blocks: np.ndarray) -> float | None:
-    """p value of Page's L for values (seeds, places) that rise from place to place; None without two of each.
+def run_page_test(blocks: np.ndarray) -> float | None:
+    """Page's trend test: the p value of values (seeds, places) that rise from place to place; None without two of each.
 
     Exact without ties and up to 8 places and 12 seeds (20 at three places), SciPy's normal approximation
     beyond; ties make it larger.  At two places L is the number of seeds that rise: the exact sign test.
@@ -50,8 +53,8 @@ def page(blocks: np.ndarray) -> float | None:
     return float(stats.page_trend_test(blocks).pvalue)
 
 
-def kendall(blocks: np.ndarray, alpha: float) -> Estimate:
-    """Kendall's tau between place and value within a seed, mean over seeds, for values (seeds, places).
+def estimate_kendall_tau(blocks: np.ndarray, alpha: float) -> Estimate:
+    """Estimate Kendall's tau between place and value within a seed, mean over seeds, for values (seeds, places).
 
     The interval is a bootstrap over seeds as clusters.  A seed whose values are all equal has tau 0.
     """
@@ -59,18 +62,18 @@ def kendall(blocks: np.ndarray, alpha: float) -> Estimate:
     taus = np.sort(np.nan_to_num([stats.kendalltau(places, row).statistic for row in blocks]))
     if len(taus) < 2:
         return Estimate(float(taus.mean()))
-    means = taus[resamples(len(taus))].mean(axis=1)
+    means = taus[draw_resamples(len(taus))].mean(axis=1)
     low, high = np.quantile(means, [alpha / 2.0, 1.0 - alpha / 2.0])
     return Estimate(float(taus.mean()), float(low), float(high))
 
 
-def resamples(seeds: int) -> np.ndarray:
-    """Rows of seeds drawn with replacement (RESAMPLES, seeds), always the same."""
+def draw_resamples(seeds: int) -> np.ndarray:
+    """Draw the rows of a bootstrap: indices of seeds, with replacement (RESAMPLES, seeds); always the same."""
     return np.random.default_rng(RNG_SEED).integers(seeds, size=(RESAMPLES, seeds))
 
 
-def holm(p: np.ndarray) -> np.ndarray:
-    """Holm's adjustment of p values (n,)."""
+def adjust_by_holm(p: np.ndarray) -> np.ndarray:
+    """Adjust p values (n,) for their number, by Holm's method."""
     order = np.argsort(p)
     stepped = np.maximum.accumulate(np.asarray(p)[order] * np.arange(len(p), 0, -1))
     adjusted = np.empty(len(p))

@@ -15,8 +15,8 @@ from typing import Any
 
 import pandas as pd
 
-from ..config import MODEL_VERSION
 from ..errors import StoreError
+from ..settings.case import MODEL_VERSION
 from ..store.files import published, read_json, write_json
 from ..store.provenance import provenance
 
@@ -34,7 +34,7 @@ TITLE = "# What the references were renewed for\n"
 
 @dataclass(frozen=True)
 class Baseline:
-    """What the folder holds; empty parts where it lacks one, or has one of another model."""
+    """The references of a folder, read into memory; a part that the folder does not have is empty."""
 
     folder: Path
     origin: Mapping[str, Any] = field(default_factory=dict)
@@ -42,11 +42,11 @@ class Baseline:
     tables: Mapping[str, pd.DataFrame] = field(default_factory=dict)
 
     def table(self, part: str) -> pd.DataFrame:
-        """One of TABLES; empty if there is none."""
+        """Return one of TABLES; empty if there is none."""
         return self.tables.get(part, pd.DataFrame())
 
     def flaw(self, tier: int) -> str:
-        """Why a tier has nothing to compare with; empty if it has."""
+        """Return why a tier has no reference to compare with; empty if it has one."""
         part = PARTS[tier]
         model = self.origin.get(part, {}).get("model_version")
         if model is None:
@@ -56,8 +56,8 @@ class Baseline:
         return ""
 
 
-def read(folder: Path) -> Baseline:
-    """The references in a folder; what is not there is empty.  Raises StoreError where a file is there and broken."""
+def read_baseline(folder: Path) -> Baseline:
+    """Read the references in a folder; a part that is not there is empty.  Raises StoreError where a file is broken."""
     origin, prints = (_read_json(folder / name) for name in (ORIGIN, PRINTS))
     paths = {part: folder / f"{part}.csv" for part in TABLES}
     tables = {part: _read_table(path, TABLES[part]) for part, path in paths.items() if path.exists()}
@@ -65,13 +65,15 @@ def read(folder: Path) -> Baseline:
 
 
 def _read_json(path: Path) -> dict[str, Any]:
-    found = read_json(path)
-    if path.exists() and not found:
+    """Read a JSON file; empty if there is none.  Raises StoreError where it is broken."""
+    content = read_json(path)
+    if path.exists() and not content:
         raise StoreError(f"{path} cannot be read: git restores it, or snowrepro bless makes it anew")
-    return found
+    return content
 
 
 def _read_table(path: Path, numbers: Sequence[str]) -> pd.DataFrame:
+    """Read a table whose columns ``numbers`` must hold numbers.  Raises StoreError where it is broken."""
     try:
         table = pd.read_csv(path, keep_default_na=False, na_values=[""], float_precision="round_trip")
     except (OSError, ValueError) as error:
@@ -83,42 +85,48 @@ def _read_table(path: Path, numbers: Sequence[str]) -> pd.DataFrame:
     return table
 
 
-def write(
+def write_baseline(
     baseline: Baseline,
     reason: str,
     platforms: Mapping[str, Any] | None,
     tables: Mapping[str, pd.DataFrame],
     changes: Mapping[str, Sequence[str]],
 ) -> None:
-    """Renew some parts: their files first, then where they come from, then the log."""
+    """Write some parts anew: their files first, then their origin, then the log.
+
+    ``platforms``: fingerprints by platform, None to leave them; ``tables``: by part; ``changes``: lines for the log, by
+    part.  Raises StoreError.
+    """
     folder = baseline.folder
     if platforms is not None:
         write_json(folder / PRINTS, {"platforms": platforms})
     for part, table in tables.items():
         with published(folder / f"{part}.csv") as partial:
             table.to_csv(partial, index=False, lineterminator="\n")
-    said = {"reason": reason, "model_version": MODEL_VERSION, **provenance()}
+    origin = {"reason": reason, "model_version": MODEL_VERSION, **provenance()}
     renewed = [*(["fingerprints"] if platforms is not None else []), *tables]
-    write_json(folder / ORIGIN, {**baseline.origin, **{part: said for part in renewed}})
-    _log(folder / LOG, said, changes)
+    write_json(folder / ORIGIN, {**baseline.origin, **dict.fromkeys(renewed, origin)})
+    _write_log(folder / LOG, origin, changes)
 
 
-def by_name(column: str, before: pd.DataFrame, after: pd.DataFrame) -> Iterator[tuple[str, pd.DataFrame, pd.DataFrame]]:
-    """Each name that a renewed table has in a column, with the old rows, if there are any, and the new ones."""
+def group_by_name(
+    column: str, before: pd.DataFrame, after: pd.DataFrame
+) -> Iterator[tuple[str, pd.DataFrame, pd.DataFrame]]:
+    """Group a renewed table by the names in a column: yields name, old rows (maybe none) and new rows of each."""
     for name, new in after.groupby(column, sort=False):
         yield str(name), before[before[column] == name] if len(before) else before, new
 
 
-def _log(path: Path, said: Mapping[str, Any], changes: Mapping[str, Sequence[str]]) -> None:
+def _write_log(path: Path, origin: Mapping[str, Any], changes: Mapping[str, Sequence[str]]) -> None:
     """Put an entry on top of the log."""
-    before = path.read_text("utf-8").removeprefix(TITLE) if path.exists() else ""
+    older_entries = path.read_text("utf-8").removeprefix(TITLE) if path.exists() else ""
     lines = [
-        f"## {said['created'][:10]}: {said['reason']}",
+        f"## {origin['created'][:10]}: {origin['reason']}",
         "",
-        f"{said['git_state']}; {said['versions']}; {said['machine']}",
+        f"{origin['git_state']}; {origin['versions']}; {origin['machine']}",
         "",
     ]
-    for part, told in changes.items():
-        lines += [f"- {part}: {line}" for line in told]
+    for part, lines_of_part in changes.items():
+        lines += [f"- {part}: {line}" for line in lines_of_part]
     with published(path) as partial:
-        partial.write_text(f"{TITLE}\n" + "\n".join(lines) + f"\n{before}", encoding="utf-8")
+        partial.write_text(f"{TITLE}\n" + "\n".join(lines) + f"\n{older_entries}", encoding="utf-8")

@@ -1,6 +1,7 @@
 """Renew the references, for a reason, from code that git knows."""
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from typing import Any
 
 import pandas as pd
 
@@ -9,51 +10,54 @@ from ..store.provenance import environment, git_changes
 from ..sweep.plan import Plan
 from . import baseline, cases, ensemble, fingerprints, horizon, verdicts
 from .baseline import Baseline
-from .check import AT_PAPER_FIDELITY, Asked
+from .check import CheckRequest
+from .uses import find_one_experiment
 
 LEAST_LETTERS = 10  # of a reason
 
 
-def bless(asked: Asked, reason: str) -> Iterator[str]:
-    """Renew the references of some tiers; yields what changes, part by part, as it is found.
+def bless(request: CheckRequest, reason: str) -> Iterator[str]:
+    """Renew the references of some tiers; yields lines on what changes, part by part.
 
-    Nothing is written before all of it is there; cases and experiments that are not asked for stay as they are.
+    Nothing is written before all parts are computed; cases and experiments that are not requested stay as they are.
     Raises ConfigError without a reason or where the code is not as git has it, RunsFailed where a run of the
     references has no result.
     """
     require_reason(reason)
     require_clean()
-    kept, tiers = baseline.read(asked.baseline), asked.tiers
-    platforms, tables, changes = None, {}, {}
+    references, tiers = baseline.read_baseline(request.baseline), request.tiers
+    platforms: dict[str, Any] | None = None
+    tables: dict[str, pd.DataFrame] = {}
+    changes: dict[str, Sequence[str]] = {}
     if 1 in tiers or 2 in tiers:
-        prints, numbers = _short_runs(asked.cases, with_twins=2 in tiers)
+        prints, numbers = _observe_short_runs(request.cases, with_twins=2 in tiers)
         if 1 in tiers:
-            platforms, changes["fingerprints"] = _with_prints(kept, prints)
+            platforms, changes["fingerprints"] = _renew_prints(references, prints)
         if 2 in tiers:
-            changes["horizon"] = horizon.changes(kept.table("horizon"), numbers)
-            tables["horizon"] = _beside_others(kept.table("horizon"), numbers, "case")
-        yield from _told(changes, "fingerprints", "horizon")
+            changes["horizon"] = horizon.describe_changes(references.table("horizon"), numbers)
+            tables["horizon"] = _keep_other_rows(references.table("horizon"), numbers, "case")
+        yield from _list_changes(changes, "fingerprints", "horizon")
     if 3 in tiers:
-        members = pd.concat([_members(name, asked) for name in asked.experiments], ignore_index=True)
-        changes["ensemble"] = ensemble.changes(kept.table("ensemble"), members)
-        tables["ensemble"] = _beside_others(kept.table("ensemble"), members, "experiment")
-        yield from _told(changes, "ensemble")
+        members = pd.concat([_run_ensemble(name, request) for name in request.experiments], ignore_index=True)
+        changes["ensemble"] = ensemble.describe_changes(references.table("ensemble"), members)
+        tables["ensemble"] = _keep_other_rows(references.table("ensemble"), members, "experiment")
+        yield from _list_changes(changes, "ensemble")
     if 4 in tiers:
-        found = pd.concat([*_verdicts(asked)], ignore_index=True)
-        changes["verdicts"] = verdicts.changes(kept.table("verdicts"), found)
-        tables["verdicts"] = _beside_others(kept.table("verdicts"), found, *verdicts.KEYS)
-        yield from _told(changes, "verdicts")
-    baseline.write(kept, reason, platforms, tables, changes)
+        table = pd.concat([*_judge_experiments(request)], ignore_index=True)
+        changes["verdicts"] = verdicts.describe_changes(references.table("verdicts"), table)
+        tables["verdicts"] = _keep_other_rows(references.table("verdicts"), table, *verdicts.KEYS)
+        yield from _list_changes(changes, "verdicts")
+    baseline.write_baseline(references, reason, platforms, tables, changes)
 
 
 def require_reason(reason: str) -> None:
-    """Raises ConfigError where a reason says nothing."""
+    """Raise ConfigError where a reason is too short to say anything."""
     if len(reason.strip()) < LEAST_LETTERS:
         raise ConfigError(f'a reference is renewed for a reason of at least {LEAST_LETTERS} letters: --reason "..."')
 
 
 def require_clean() -> None:
-    """Raises ConfigError where the code is in no clone, or not as its last commit has it."""
+    """Raise ConfigError where the code is in no git clone, or differs from its last commit."""
     changed = git_changes(with_new=True)
     if changed is None:
         raise ConfigError("references are made by code that git knows: this is no clone")
@@ -61,8 +65,8 @@ def require_clean() -> None:
         raise ConfigError(f"references are made by code that git knows; commit first: {', '.join(changed[:5])}")
 
 
-def _beside_others(before: pd.DataFrame, after: pd.DataFrame, *keys: str) -> pd.DataFrame:
-    """A renewed table with those rows of the old one whose ``keys`` it does not have."""
+def _keep_other_rows(before: pd.DataFrame, after: pd.DataFrame, *keys: str) -> pd.DataFrame:
+    """Add to a renewed table those rows of the old one whose ``keys`` it does not have."""
     if before.empty:
         return after
     renewed = pd.MultiIndex.from_frame(after[[*keys]])
@@ -70,60 +74,68 @@ def _beside_others(before: pd.DataFrame, after: pd.DataFrame, *keys: str) -> pd.
     return pd.concat([others, after], ignore_index=True)
 
 
-def _short_runs(names: Collection[str], with_twins: bool) -> tuple[dict[str, fingerprints.Prints], pd.DataFrame]:
+def _observe_short_runs(
+    names: Collection[str], with_twins: bool
+) -> tuple[dict[str, fingerprints.Prints], pd.DataFrame]:
+    """Simulate short runs; returns their fingerprints by name, and with ``with_twins`` their reference numbers."""
     prints, numbers = {}, []
-    for case, config in cases.configs(names).items():
-        states = cases.observe(config)
-        prints[case] = fingerprints.take(states)
+    for case, short_run in cases.compose_short_runs(names).items():
+        states = cases.observe_run(short_run)
+        prints[case] = fingerprints.take_fingerprints(states)
         if with_twins:
-            numbers.append(horizon.reference(case, config, states))
+            numbers.append(horizon.make_reference(case, short_run, states))
     return prints, pd.concat(numbers, ignore_index=True) if numbers else pd.DataFrame()
 
 
-def _with_prints(kept: Baseline, prints: dict[str, fingerprints.Prints]) -> tuple[dict, list[str]]:
-    """All platforms' fingerprints, those of this one renewed.
+def _renew_prints(references: Baseline, prints: dict[str, fingerprints.Prints]) -> tuple[dict, list[str]]:
+    """Renew the fingerprints of this platform; returns those of all platforms, and lines on what changed.
 
-    Where bits moved here they did elsewhere: what the other platforms had is gone.
+    Where bits moved here they moved elsewhere too, so the other platforms' fingerprints are removed.
     """
-    here, processor = fingerprints.platform_key(), environment()["processor"]
-    before = kept.platforms.get(here, {}).get("cases", {})
+    own_platform, processor = fingerprints.name_platform(), environment()["processor"]
+    before = references.platforms.get(own_platform, {}).get("cases", {})
     moved = [case for case in prints if case in before and prints[case] != before[case]]
-    others = {} if moved else {key: told for key, told in kept.platforms.items() if key != here}
+    others = {} if moved else {key: content for key, content in references.platforms.items() if key != own_platform}
     new = [case for case in prints if case not in before]
     changed = [f"{', '.join(names)} {how}" for names, how in ((moved, "moved"), (new, "new")) if names]
-    told = [f"{here}: {'; '.join(changed) or 'the same bits'}"]
-    gone = [key for key in kept.platforms if key != here and key not in others]
-    told += [f"{key}: gone, to be taken there again" for key in gone]
-    return {**others, here: {"processor": processor, "cases": {**before, **prints}}}, told
+    lines = [f"{own_platform}: {'; '.join(changed) or 'the same bits'}"]
+    gone = [key for key in references.platforms if key != own_platform and key not in others]
+    lines += [f"{key}: gone, to be taken there again" for key in gone]
+    return {**others, own_platform: {"processor": processor, "cases": {**before, **prints}}}, lines
 
 
-def _members(experiment: str, asked: Asked) -> pd.DataFrame:
-    """The runs of an ensemble and their twins."""
-    wanted = ensemble.overrides(experiment, asked.store, ensemble.SEEDS, twins=True, workers=asked.workers)
-    plan = ensemble.run(wanted)
+def _run_ensemble(experiment: str, request: CheckRequest) -> pd.DataFrame:
+    """Run an ensemble and its twins, and tabulate their measures."""
+    overrides = ensemble.make_overrides(experiment, request.store, ensemble.SEEDS, twins=True, workers=request.workers)
+    plan = ensemble.run_missing(overrides)
     _require_results(plan)
-    return ensemble.table(experiment, plan)
+    return ensemble.tabulate_runs(experiment, plan)
 
 
-def _verdicts(asked: Asked) -> Iterator[pd.DataFrame]:
-    """The verdicts that a check compares with, and those of a full one if they are asked for."""
+def _judge_experiments(request: CheckRequest) -> Iterator[pd.DataFrame]:
+    """Judge the experiments by the runs of a check and of a full check; yields a table of verdicts for each.
+
+    The experiment at the paper's fidelity is judged too where the request is full.
+    """
     sizes = (ensemble.FEW_SEEDS, ensemble.SEEDS)
-    wanted = [(name, asked.runs(name, seeds)) for name in asked.experiments for seeds in sizes]
-    if asked.full:
-        wanted.append((AT_PAPER_FIDELITY, asked.as_fine_as_the_paper()))
-    for experiment, overrides in wanted:
-        plan = ensemble.run(overrides)
+    plans_to_run = [(name, request.overrides_for(name, seeds)) for name in request.experiments for seeds in sizes]
+    if request.full:
+        plans_to_run.append((find_one_experiment("fine"), request.overrides_at_paper_fidelity()))
+    for experiment, overrides in plans_to_run:
+        plan = ensemble.run_missing(overrides)
         _require_results(plan)
-        yield verdicts.table(experiment, plan)
+        yield verdicts.tabulate_verdicts(experiment, plan)
 
 
 def _require_results(plan: Plan) -> None:
-    failed = ensemble.lost(plan.configs)
-    if failed:
+    """Raise RunsFailed where a run of a plan has no result."""
+    failures = ensemble.list_failures(plan.runs)
+    if failures:
         raise RunsFailed(
-            f"{len(failed)} of {len(plan.configs)} runs have no result, so there is no reference: {failed[0]}"
+            f"{len(failures)} of {len(plan.runs)} runs have no result, so there is no reference: {failures[0]}"
         )
 
 
-def _told(changes: dict[str, list[str]], *parts: str) -> Iterator[str]:
+def _list_changes(changes: Mapping[str, Sequence[str]], *parts: str) -> Iterator[str]:
+    """List the changes of some parts, each as "part: line"."""
     yield from (f"{part}: {line}" for part in parts for line in changes.get(part, ()))

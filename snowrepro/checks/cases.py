@@ -4,13 +4,14 @@ from collections.abc import Collection, Iterator, Mapping
 
 import numpy as np
 
-from ..composition import compose
-from ..config import Config
+from ..composition.compose import compose
 from ..mpm import solver
 from ..mpm.state import PARTICLE_STATE
 from ..scene.build import Scene, build_scene
+from ..settings.case import Case
+from ..settings.config import Config
 
-State = dict[str, np.ndarray]  # quantity by name, (particle, ...), particles sorted by where they started
+State = dict[str, np.ndarray]  # quantity by name, (particle, ...), particles sorted by their place at the start
 
 # Lands near frame 47 and goes on for a quarter of a second.
 SHORT = (
@@ -43,32 +44,32 @@ CASES: Mapping[str, tuple[str, ...]] = {
 OBSERVED = (
     "position", "velocity", "affine", "F_E", "J_P", "density", "young", "poisson", "hardening", "von_mises", "volume",
 )  # fmt: skip
-ROUNDED = ("position", "velocity", "F_E")  # what a rounding error would be in
+ROUNDED = ("position", "velocity", "F_E")  # quantities that ``observe_run`` gives rounding errors
 ULPS = 2  # of one number in a frame, at most
 
 
-def configs(names: Collection[str] = tuple(CASES)) -> dict[str, Config]:
-    """The configurations of some cases by name."""
-    return {name: compose(overrides) for name, overrides in CASES.items() if name in names}
+def compose_short_runs(names: Collection[str] = tuple(CASES)) -> dict[str, Case]:
+    """Compose some of CASES, by name."""
+    return {name: compose(overrides).case for name, overrides in CASES.items() if name in names}
 
 
-def watched(config: Config) -> tuple[int, ...]:
-    """The frames that are compared: the first, the release, halfway to the end, the end."""
-    release = config.loading.press_frames
-    return 1, release, (release + config.frames) // 2, config.frames
+def list_watched_frames(case: Case) -> tuple[int, ...]:
+    """List the frames that are compared: the first, the release, halfway from there to the end, the end."""
+    release = case.loading.press_frames
+    return 1, release, (release + case.frames) // 2, case.frames
 
 
-def observe(config: Config, rounding: np.random.Generator | None = None) -> dict[int, State]:
-    """The states in the watched frames, and under "totals" what each frame's energy and momentum came to.
+def observe_run(case: Case, rounding: np.random.Generator | None = None) -> dict[int, State]:
+    """Simulate a case and return its states in the watched frames, with energy and momentum of the frame as "totals".
 
-    With ``rounding`` every particle is moved by some units in the last place in each frame: a run as another
-    compiler, or the same sums in another order, could have made it.  Raises Diverged.
+    With ``rounding`` every particle is moved by some units in the last place in each frame, as another compiler or
+    another order of sums could do.  Raises Diverged.
     """
-    scene = build_scene(config)
-    order = by_start(scene)
+    scene = build_scene(case)
+    order = order_by_start(scene)
     states = {}
-    for frame in solver.frames(config, scene):
-        if frame.number in watched(config):
+    for frame in solver.frames(case, scene):
+        if frame.number in list_watched_frames(case):
             states[frame.number] = {name: frame.read(name)[order] for name in OBSERVED}
             states[frame.number]["totals"] = np.array(list(frame.totals.values()))
         if rounding is not None:
@@ -79,24 +80,31 @@ def observe(config: Config, rounding: np.random.Generator | None = None) -> dict
     return states
 
 
-def last_frame(config: Config, scene: Scene | None = None, **how) -> solver.Frame:
-    """The end of a run, of a ``scene`` of its own if need be; ``how`` as ``solver.frames`` takes it."""
-    *_, last = solver.frames(config, scene or build_scene(config), **how)
+def simulate_to_end(
+    config: Config, scene: Scene | None = None, resume: Mapping[str, np.ndarray] | None = None
+) -> solver.Frame:
+    """Simulate to the last frame and return it.
+
+    ``scene``: where it is not the one that the configuration describes; ``resume``: a checkpoint to go on from.
+    Raises Diverged.
+    """
+    scene = scene or build_scene(config.case)
+    *_, last = solver.frames(config.case, scene, resume, config.execution.threads)
     return last
 
 
-def whole_state(frame: solver.Frame) -> State:
-    """Every quantity of every particle, in the solver's order."""
+def read_state(frame: solver.Frame) -> State:
+    """Read every quantity of every particle from a frame, in the solver's order."""
     return {quantity.name: frame.read(quantity.name) for quantity in PARTICLE_STATE}
 
 
-def by_start(scene: Scene) -> np.ndarray:
-    """The order of particles by where they start, whatever order the scene has them in."""
+def order_by_start(scene: Scene) -> np.ndarray:
+    """Return the order (n,) of the particles by their place at the start, whatever their order in the scene."""
     return np.lexsort(scene.positions.T)
 
 
-def differing(one: State, other: State) -> Iterator[str]:
-    """The quantities that are not the same bits, each with the largest difference."""
+def list_differences(one: State, other: State) -> Iterator[str]:
+    """List the quantities whose bits differ between two states, each with the largest difference."""
     for name, values in one.items():
         if not np.array_equal(values, other[name], equal_nan=True):
             yield f"{name} by {np.abs(values - other[name]).max():.2g}"

@@ -1,26 +1,27 @@
-"""Run the tiers, one finding after the other."""
+"""Run the tiers of checks; each check gives a finding."""
 
 import dataclasses
 import time
-from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..errors import Diverged, RunsFailed
 from . import baseline, cases, ensemble, fingerprints, horizon, invariances, verdicts
 from .baseline import Baseline
 from .finding import FAILED, MOVED, NOT_MEASURED, TIERS, Finding
+from .uses import find_experiments, find_one_experiment
 
-AT_PAPER_FIDELITY, PAPER_SEEDS = "fig5", 3  # what of a full check is as fine as the paper
+PAPER_SEEDS = 3  # of what a full check simulates at the fidelity of the paper
 
 
 @dataclass(frozen=True)
-class Asked:
-    """What a check is to look at.
+class CheckRequest:
+    """What to check.
 
-    ``baseline``: folder of the references; ``store``: for the runs of tiers 3 and 4, done again where code or
-    environment changed, ``workers`` at a time (0: as many as cores).  ``full``: more seeds, and Figure 5 at the paper's
-    fidelity.  ``cases``, ``experiments``: that tiers 1 and 2, or 3 and 4, look at.
+    ``baseline``: folder of the references; ``store``: for the runs of tiers 3 and 4, which are repeated where code or
+    environment changed, ``workers`` at a time (0: as many as cores); ``full``: more seeds, and Figure 5 at the paper's
+    fidelity; ``cases``: of tiers 1 and 2; ``experiments``: of tiers 3 and 4.  Raises ConfigError where there is none.
     """
 
     baseline: Path
@@ -29,97 +30,110 @@ class Asked:
     full: bool = False
     workers: int = 0
     cases: Collection[str] = tuple(cases.CASES)
-    experiments: Sequence[str] = ensemble.EXPERIMENTS
+    experiments: Sequence[str] = field(default_factory=lambda: find_experiments("coarse"))
 
-    def runs(self, experiment: str, seeds: int, fidelity: str = ensemble.FIDELITY) -> list[str]:
-        """The overrides that ask for an experiment's runs."""
-        return ensemble.overrides(experiment, self.store, seeds, fidelity=fidelity, workers=self.workers)
+    def overrides_for(self, experiment: str, seeds: int, fidelity: str = ensemble.FIDELITY) -> list[str]:
+        """Return the overrides for the runs of an experiment."""
+        return ensemble.make_overrides(experiment, self.store, seeds, fidelity=fidelity, workers=self.workers)
 
-    def as_fine_as_the_paper(self) -> list[str]:
-        """The overrides of what a full check judges beside."""
-        return self.runs(AT_PAPER_FIDELITY, PAPER_SEEDS, "paper")
+    def overrides_at_paper_fidelity(self) -> list[str]:
+        """Return the overrides for the runs at the paper's fidelity.  Raises ConfigError: see ``CheckRequest``."""
+        return self.overrides_for(find_one_experiment("fine"), PAPER_SEEDS, "paper")
 
 
-def check(asked: Asked) -> Iterator[Finding]:
-    """The findings of the tiers, as they come.
+def run_checks(request: CheckRequest) -> Iterator[Finding]:
+    """Run the requested tiers; yields each finding as soon as it is known.
 
-    Raises the errors of a store that cannot be written to; a run that fails is a finding.
+    A run that fails is a finding.  Raises StoreError where the store cannot be written to or a reference is broken, and
+    ConfigError where no one experiment is there to check with.
     """
-    started = time.perf_counter()
-    for found in _findings(asked, baseline.read(asked.baseline)):
+    start = time.perf_counter()
+    for finding in _run_tiers(request, baseline.read_baseline(request.baseline)):
         now = time.perf_counter()
-        yield dataclasses.replace(found, seconds=round(now - started, 1))
-        started = now
+        yield dataclasses.replace(finding, seconds=round(now - start, 1))
+        start = now
 
 
-def _findings(asked: Asked, kept: Baseline) -> Iterator[Finding]:
-    if 0 in asked.tiers:
-        yield from (_invariance(made) for made in invariances.CHECKS)
-    if 1 in asked.tiers or 2 in asked.tiers:
-        yield from _short_runs(asked, kept)
-    if 3 in asked.tiers or 4 in asked.tiers:
-        yield from _figures(asked, kept)
+def _run_tiers(request: CheckRequest, references: Baseline) -> Iterator[Finding]:
+    """Run the requested tiers against the references."""
+    if 0 in request.tiers:
+        yield from (_check_invariance(name, check) for name, check in invariances.CHECKS.items())
+    if 1 in request.tiers or 2 in request.tiers:
+        yield from _check_short_runs(request, references)
+    if 3 in request.tiers or 4 in request.tiers:
+        yield from _check_experiments(request, references)
 
 
-def _invariance(made) -> Finding:
+def _check_invariance(name: str, check: Callable[[], Finding]) -> Finding:
+    """Run one check of tier 0; a simulation that diverges is a finding under its ``name``."""
     try:
-        return made()
+        return check()
     except Diverged as error:
-        return Finding(0, made.__name__.replace("_", " "), FAILED, str(error))
+        return Finding(0, name, FAILED, str(error))
 
 
-def _short_runs(asked: Asked, kept: Baseline) -> Iterator[Finding]:
-    """Tiers 1 and 2 look at the same runs; a case whose bits moved goes on to tier 2 even if that was not asked for."""
-    wanted = [tier for tier in (1, 2) if tier in asked.tiers]
-    yield from _without_reference(kept, wanted)
-    tiers = [tier for tier in wanted if not kept.flaw(tier)]
-    for case, config in cases.configs(asked.cases).items() if tiers else ():
+def _check_short_runs(request: CheckRequest, references: Baseline) -> Iterator[Finding]:
+    """Check the short runs in tiers 1 and 2.
+
+    A case whose bits moved goes on to tier 2 even where that tier was not requested.
+    """
+    wanted_tiers = [tier for tier in (1, 2) if tier in request.tiers]
+    yield from _report_missing_references(references, wanted_tiers)
+    tiers = [tier for tier in wanted_tiers if not references.flaw(tier)]
+    for case, short_run in cases.compose_short_runs(request.cases).items() if tiers else ():
         try:
-            states = cases.observe(config)
+            states = cases.observe_run(short_run)
         except Diverged as error:
             yield Finding(max(tiers), case, FAILED, str(error))
             continue
-        print_ = fingerprints.compare(case, fingerprints.take(states), kept.platforms)
+        prints = fingerprints.take_fingerprints(states)
+        finding = fingerprints.compare_with_reference(case, prints, references.platforms)
         if 1 in tiers:
-            yield print_
-        if 2 in tiers or print_.state == MOVED:
-            if flaw := kept.flaw(2):
+            yield finding
+        if 2 in tiers or finding.state == MOVED:
+            if flaw := references.flaw(2):
                 yield Finding(2, case, NOT_MEASURED, flaw)
             else:
-                yield horizon.compare(case, horizon.numbers(states, horizon.start_of(config)), kept.table("horizon"))
+                numbers = horizon.tabulate_numbers(states, horizon.find_start(short_run))
+                yield horizon.compare_with_reference(case, numbers, references.table("horizon"))
 
 
-def _figures(asked: Asked, kept: Baseline) -> Iterator[Finding]:
-    """Tiers 3 and 4 look at the same runs."""
-    wanted = [tier for tier in (3, 4) if tier in asked.tiers]
-    yield from _without_reference(kept, wanted)
-    tiers = [tier for tier in wanted if not kept.flaw(tier)]
-    seeds = ensemble.SEEDS if asked.full else ensemble.FEW_SEEDS
-    for experiment in asked.experiments if tiers else ():
-        yield from _figure(kept, tiers, experiment, asked.runs(experiment, seeds))
-    if asked.full and 4 in tiers:
-        yield from _figure(kept, [4], AT_PAPER_FIDELITY, asked.as_fine_as_the_paper())
+def _check_experiments(request: CheckRequest, references: Baseline) -> Iterator[Finding]:
+    """Check the experiments in tiers 3 and 4, which use the same runs."""
+    wanted_tiers = [tier for tier in (3, 4) if tier in request.tiers]
+    yield from _report_missing_references(references, wanted_tiers)
+    tiers = [tier for tier in wanted_tiers if not references.flaw(tier)]
+    seeds = ensemble.SEEDS if request.full else ensemble.FEW_SEEDS
+    for experiment in request.experiments if tiers else ():
+        yield from _check_experiment(references, tiers, experiment, request.overrides_for(experiment, seeds))
+    if request.full and 4 in tiers:
+        experiment = find_one_experiment("fine")
+        yield from _check_experiment(references, [4], experiment, request.overrides_at_paper_fidelity())
 
 
-def _without_reference(kept: Baseline, tiers: Collection[int]) -> Iterator[Finding]:
-    """The tiers that have nothing to compare with, and why."""
-    flaws = {tier: kept.flaw(tier) for tier in tiers}
+def _report_missing_references(references: Baseline, tiers: Collection[int]) -> Iterator[Finding]:
+    """Report the tiers that have no reference to compare with, and why."""
+    flaws = {tier: references.flaw(tier) for tier in tiers}
     yield from (Finding(tier, TIERS[tier], NOT_MEASURED, flaw) for tier, flaw in flaws.items() if flaw)
 
 
-def _figure(kept: Baseline, tiers: Collection[int], experiment: str, wanted: list[str]) -> Iterator[Finding]:
-    """An experiment's runs beside the references."""
+def _check_experiment(
+    references: Baseline, tiers: Collection[int], experiment: str, overrides: list[str]
+) -> Iterator[Finding]:
+    """Compare the runs of an experiment with the references, in tiers 3 and 4."""
     try:
-        plan = ensemble.run(wanted)
+        plan = ensemble.run_missing(overrides)
     except RunsFailed as error:
         yield Finding(min(tiers), experiment, FAILED, str(error))
         return
-    failed = ensemble.lost(plan.configs)
-    if failed:
-        told = f"{len(failed)} of {len(plan.configs)} runs have no result: {failed[0]}"
-        yield from (Finding(tier, experiment, FAILED, told) for tier in tiers)
+    failures = ensemble.list_failures(plan.runs)
+    if failures:
+        message = f"{len(failures)} of {len(plan.runs)} runs have no result: {failures[0]}"
+        yield from (Finding(tier, experiment, FAILED, message) for tier in tiers)
         return
     if 3 in tiers:
-        yield ensemble.compare(experiment, ensemble.table(experiment, plan), kept.table("ensemble"))
+        runs = ensemble.tabulate_runs(experiment, plan)
+        yield ensemble.compare_with_reference(experiment, runs, references.table("ensemble"))
     if 4 in tiers:
-        yield from verdicts.compare(verdicts.table(experiment, plan), kept.table("verdicts"))
+        judged = verdicts.tabulate_verdicts(experiment, plan)
+        yield from verdicts.compare_with_reference(judged, references.table("verdicts"))

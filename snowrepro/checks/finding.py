@@ -1,4 +1,4 @@
-"""What one check found, and the exit code that all of them come to."""
+"""The finding of one check, and the exit code for all findings together."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -26,7 +26,10 @@ TIERS = {
 
 @dataclass(frozen=True)
 class Finding:
-    """One check.  ``measured`` and ``allowed`` are in words with their units; ``note`` says what else one must know."""
+    """The result of one check.
+
+    ``measured``, ``allowed``: in words with their units; ``note``: what else a reader must know.
+    """
 
     tier: int
     name: str
@@ -38,17 +41,17 @@ class Finding:
 
     @property
     def is_caught(self) -> bool:
-        """Whether it says that something is wrong with the program."""
+        """Whether the finding says that something is wrong with the program."""
         return self.state in (REGRESSED, CONTRADICTED, FAILED)
 
 
-def exit_code(findings: Sequence[Finding]) -> ExitCode:
-    """The gravest that was found; what is missing counts also where nothing was looked at."""
+def choose_exit_code(findings: Sequence[Finding]) -> ExitCode:
+    """Choose the exit code of the gravest finding; no finding at all counts as incomplete."""
     codes = {EXITS.get(finding.state, ExitCode.FINE) for finding in findings} or {ExitCode.INCOMPLETE}
     return next((code for code in WORST_FIRST if code in codes), ExitCode.FINE)
 
 
-def within(tier: int, name: str, value: float, most: float, of: str) -> Finding:
-    """A number that must not exceed a bound; NaN does."""
+def check_bound(tier: int, name: str, value: float, most: float, of: str) -> Finding:
+    """Check that a number does not exceed a bound (NaN does); ``of``: its unit and meaning in words."""
     state = OK if value <= most else REGRESSED
     return Finding(tier, name, state, f"{value:.2g} {of}", f"{most:.2g}")

@@ -1,8 +1,10 @@
-"""Tier 1: the bits of short runs beside those of the reference, for each platform that has one."""
+"""Tier 1: the bits of short runs compared with those of the reference, for each platform that has one."""
 
 import hashlib
 import platform
 from collections.abc import Mapping
+
+import numpy as np
 
 from ..store.provenance import environment
 from .cases import State
@@ -12,22 +14,25 @@ Prints = dict[str, dict[str, str]]  # frame, quantity, digest
 LETTERS = 16
 
 
-def platform_key() -> str:
-    """What bits are promised for: system, architecture and Taichi with its compiler, not Python and NumPy."""
+def name_platform() -> str:
+    """Name the platform that bits belong to: system, architecture, Taichi with its compiler; not Python or NumPy."""
     return f"{platform.system()} {platform.machine()}, taichi {environment()['taichi']}"
 
 
-def take(states: Mapping[int, State]) -> Prints:
-    """Digests of every observed quantity in the watched frames."""
-    return {str(frame): {name: _digest(values) for name, values in state.items()} for frame, state in states.items()}
+def take_fingerprints(states: Mapping[int, State]) -> Prints:
+    """Take the digest of every observed quantity in the watched frames."""
+    return {
+        str(frame): {name: _digest_bits(values) for name, values in state.items()} for frame, state in states.items()
+    }
 
 
-def compare(case: str, found: Prints, platforms: Mapping[str, Mapping]) -> Finding:
-    """Beside the reference of this platform; where there is none, or the bits moved, tier 2 decides.
+def compare_with_reference(case: str, prints: Prints, platforms: Mapping[str, Mapping]) -> Finding:
+    """Compare the fingerprints of a case with those of this platform.
 
-    ``platforms``: by ``platform_key``, the prints of each case and the ``processor`` that they were taken on.
+    Where there are none, or the bits moved, tier 2 decides.  ``platforms``: by ``name_platform``, the fingerprints of
+    each case and the ``processor`` that they were taken on.
     """
-    here = platform_key()
+    here = name_platform()
     reference = platforms.get(here, {}).get("cases", {}).get(case)
     if reference is None:
         known = "; ".join(platforms) or "none"
@@ -36,9 +41,9 @@ def compare(case: str, found: Prints, platforms: Mapping[str, Mapping]) -> Findi
         )
     moved = [
         (frame, name)
-        for frame, prints in reference.items()
-        for name in prints
-        if found.get(frame, {}).get(name) != prints[name]
+        for frame, digests in reference.items()
+        for name in digests
+        if prints.get(frame, {}).get(name) != digests[name]
     ]
     if not moved:
         return Finding(1, case, OK, f"the same bits in frames {', '.join(reference)}", "the same bits")
@@ -52,5 +57,6 @@ def compare(case: str, found: Prints, platforms: Mapping[str, Mapping]) -> Findi
     )  # fmt: skip
 
 
-def _digest(values) -> str:
+def _digest_bits(values: np.ndarray) -> str:
+    """Return a digest of the bits of numbers, as little-endian doubles."""
     return hashlib.sha256(values.astype("<f8").tobytes()).hexdigest()[:LETTERS]

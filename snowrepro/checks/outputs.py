@@ -1,18 +1,18 @@
-"""A check's findings for whoever reads them: a table on a screen, JSON, JUnit XML, and Markdown for a pull request."""
+"""The findings of a check as a table on a screen, JSON, JUnit XML, and Markdown for a pull request."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from xml.etree import ElementTree
+from xml.etree import ElementTree as ET
 
 import pandas as pd
 
 from ..errors import ExitCode
-from ..report.document import plain
-from ..report.markdown import table
+from ..report.document import escape
+from ..report.page.markdown import format_table
 from ..store.files import published, write_json
-from .finding import CONTRADICTED, FAILED, MOVED, NOT_MEASURED, OK, REGRESSED, TIERS, Finding, exit_code
+from .finding import CONTRADICTED, FAILED, MOVED, NOT_MEASURED, OK, REGRESSED, TIERS, Finding, choose_exit_code
 
 STATES = (REGRESSED, CONTRADICTED, FAILED, NOT_MEASURED, MOVED, OK)
 WORDS = {
@@ -24,97 +24,108 @@ WORDS = {
 FILES = ("check.json", "check.xml", "check.md")
 
 
-def verdict(findings: Sequence[Finding]) -> str:
-    """All findings in a line."""
+def summarise_findings(findings: Sequence[Finding]) -> str:
+    """Summarise all findings in a line."""
     counts = {state: sum(f.state == state for f in findings) for state in STATES}
-    told = ", ".join(f"{count} {state}" for state, count in counts.items() if count)
-    return f"{WORDS[exit_code(findings)]}: {told or 'nothing was measured'}"
+    words = ", ".join(f"{count} {state}" for state, count in counts.items() if count)
+    return f"{WORDS[choose_exit_code(findings)]}: {words or 'nothing was measured'}"
 
 
-def line(found: Finding) -> str:
-    """A finding in a line or two."""
-    allowed = f" (allowed: {found.allowed})" if found.allowed else ""
-    note = f"\n{'':17}{found.note}" if found.note else ""
-    return f"{found.tier}  {found.state:12}  {found.name}: {found.measured}{allowed}, {found.seconds:.0f} s{note}"
+def format_finding(finding: Finding) -> str:
+    """Format a finding as a line or two."""
+    allowed = f" (allowed: {finding.allowed})" if finding.allowed else ""
+    note = f"\n{'':17}{finding.note}" if finding.note else ""
+    result = f"{finding.name}: {finding.measured}{allowed}, {finding.seconds:.0f} s{note}"
+    return f"{finding.tier}  {finding.state:12}  {result}"
 
 
-def text(findings: Sequence[Finding]) -> list[str]:
-    """The table for a screen, tier by tier."""
+def format_findings(findings: Sequence[Finding]) -> list[str]:
+    """Format the findings as lines for a screen, tier by tier."""
     lines = []
     for tier, name in TIERS.items():
-        own = [found for found in findings if found.tier == tier]
-        lines += [f"tier {tier}, {name}", *(line(found) for found in own)] if own else []
+        findings_of_tier = [finding for finding in findings if finding.tier == tier]
+        if findings_of_tier:
+            lines += [f"tier {tier}, {name}", *map(format_finding, findings_of_tier)]
     return lines
 
 
-def write(findings: Sequence[Finding], about: Mapping[str, str], folder: Path, finished: bool = True) -> None:
-    """Write FILES into the folder.  ``about``: what made them, in words by name.  Raises StoreError."""
-    said = {"verdict": verdict(findings), "exit_code": int(exit_code(findings)), "finished": finished, **about}
-    write_json(folder / FILES[0], {**said, "findings": [asdict(found) for found in findings]})
+def write_findings(findings: Sequence[Finding], about: Mapping[str, str], folder: Path, finished: bool = True) -> None:
+    """Write FILES into a folder.  ``about``: what made the findings, in words by name.  Raises StoreError."""
+    content = {
+        "verdict": summarise_findings(findings),
+        "exit_code": int(choose_exit_code(findings)),
+        "finished": finished,
+        **about,
+    }
+    write_json(folder / FILES[0], {**content, "findings": [asdict(finding) for finding in findings]})
     with published(folder / FILES[1]) as partial:
-        _junit(findings, about).write(partial, encoding="utf-8", xml_declaration=True)
+        _make_junit(findings, about).write(partial, encoding="utf-8", xml_declaration=True)
     with published(folder / FILES[2]) as partial:
-        partial.write_text("\n".join(markdown(findings, about)) + "\n", encoding="utf-8")
+        partial.write_text("\n".join(format_markdown(findings, about)) + "\n", encoding="utf-8")
 
 
-def markdown(findings: Sequence[Finding], about: Mapping[str, str]) -> list[str]:
-    """What a pull request shows: what is wrong first, then each tier folded."""
-    lines = [f"## Reproducibility: {verdict(findings)}", ""]
-    wrong = [found for found in findings if found.state != OK]
+def format_markdown(findings: Sequence[Finding], about: Mapping[str, str]) -> list[str]:
+    """Format the findings as Markdown for a pull request: what is wrong first, then each tier folded."""
+    lines = [f"## Reproducibility: {summarise_findings(findings)}", ""]
+    wrong = [finding for finding in findings if finding.state != OK]
     if wrong:
-        lines += [*table(_frame(sorted(wrong, key=lambda f: STATES.index(f.state)))), ""]
+        lines += [*format_table(_tabulate(sorted(wrong, key=lambda f: STATES.index(f.state)))), ""]
     for tier, name in TIERS.items():
-        own = [found for found in findings if found.tier == tier]
-        fine = sum(found.state == OK for found in own)
-        if own:
-            summary = f"<details><summary>Tier {tier}, {name}: {fine} of {len(own)} ok</summary>"
-            lines += [summary, "", *table(_frame(own)), "", "</details>", ""]
-    return [*lines, *(f"{name}: {plain(value)}  " for name, value in about.items())]
+        findings_of_tier = [finding for finding in findings if finding.tier == tier]
+        fine = sum(finding.state == OK for finding in findings_of_tier)
+        if findings_of_tier:
+            summary = f"<details><summary>Tier {tier}, {name}: {fine} of {len(findings_of_tier)} ok</summary>"
+            lines += [summary, "", *format_table(_tabulate(findings_of_tier)), "", "</details>", ""]
+    return [*lines, *(f"{name}: {escape(value)}  " for name, value in about.items())]
 
 
-def _frame(findings: Sequence[Finding]) -> pd.DataFrame:
+def _tabulate(findings: Sequence[Finding]) -> pd.DataFrame:
+    """Tabulate findings for Markdown, a row each."""
     return pd.DataFrame(
         {
-            "tier": [found.tier for found in findings],
-            "check": [plain(found.name) for found in findings],
-            "": [f"**{found.state}**" if found.state != OK else OK for found in findings],
-            "measured": [plain(found.measured) for found in findings],
-            "allowed": [plain(found.allowed) for found in findings],
-            "note": [plain(found.note) for found in findings],
+            "tier": [finding.tier for finding in findings],
+            "check": [escape(finding.name) for finding in findings],
+            "": [f"**{finding.state}**" if finding.state != OK else OK for finding in findings],
+            "measured": [escape(finding.measured) for finding in findings],
+            "allowed": [escape(finding.allowed) for finding in findings],
+            "note": [escape(finding.note) for finding in findings],
         }
     )
 
 
-def _junit(findings: Sequence[Finding], about: Mapping[str, str]) -> ElementTree.ElementTree:
-    """A suite a tier; what is wrong is a failure, a run that failed an error, what was not measured skipped."""
-    root = ElementTree.Element("testsuites", name="snowrepro check")
+def _make_junit(findings: Sequence[Finding], about: Mapping[str, str]) -> ET.ElementTree:
+    """Make JUnit XML with a suite for each tier.
+
+    What is wrong is a failure, a run that failed is an error, what was not measured is skipped.
+    """
+    root = ET.Element("testsuites", name="snowrepro check")
     for tier, title in TIERS.items():
-        own = [found for found in findings if found.tier == tier]
-        if not own:
+        findings_of_tier = [finding for finding in findings if finding.tier == tier]
+        if not findings_of_tier:
             continue
-        kinds = Counter(_KIND.get(found.state) for found in own)
-        counts = {name: str(kinds[kind]) for kind, name in _COUNTED.items()}
-        seconds = f"{sum(found.seconds for found in own):.1f}"
-        suite = ElementTree.SubElement(
-            root, "testsuite", name=f"tier {tier}, {title}", tests=str(len(own)), time=seconds, **counts
-        )
-        properties = ElementTree.SubElement(suite, "properties")
+        kinds = Counter(_KIND.get(finding.state) for finding in findings_of_tier)
+        attributes = {"name": f"tier {tier}, {title}", "tests": str(len(findings_of_tier))}
+        attributes["time"] = f"{sum(finding.seconds for finding in findings_of_tier):.1f}"
+        attributes |= {name: str(kinds[kind]) for kind, name in _COUNTED.items()}
+        suite = ET.SubElement(root, "testsuite", attributes)
+        properties = ET.SubElement(suite, "properties")
         for name, value in about.items():
-            ElementTree.SubElement(properties, "property", name=name, value=value)
-        for found in own:
-            suite.append(_test_case(found))
-    return ElementTree.ElementTree(root)
+            ET.SubElement(properties, "property", name=name, value=value)
+        for finding in findings_of_tier:
+            suite.append(_make_test_case(finding))
+    return ET.ElementTree(root)
 
 
-def _test_case(found: Finding) -> ElementTree.Element:
-    about = {"classname": f"snowrepro.check.tier{found.tier}", "name": found.name, "time": f"{found.seconds:.1f}"}
-    case = ElementTree.Element("testcase", about)
-    told = f"{found.state}: {found.measured}; allowed: {found.allowed or '-'}; {found.note}"
-    kind = _KIND.get(found.state)
+def _make_test_case(finding: Finding) -> ET.Element:
+    """Make the XML element of one finding."""
+    about = {"classname": f"snowrepro.check.tier{finding.tier}", "name": finding.name, "time": f"{finding.seconds:.1f}"}
+    case = ET.Element("testcase", about)
+    message = f"{finding.state}: {finding.measured}; allowed: {finding.allowed or '-'}; {finding.note}"
+    kind = _KIND.get(finding.state)
     if kind:
-        ElementTree.SubElement(case, kind, message=told)
+        ET.SubElement(case, kind, message=message)
     else:
-        ElementTree.SubElement(case, "system-out").text = told
+        ET.SubElement(case, "system-out").text = message
     return case
 
 

@@ -1,4 +1,4 @@
-"""What commands print: results on standard output, everything else on the error stream."""
+"""What verbs print: results on standard output, everything else on the error stream."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -3,51 +3,33 @@
 import taichi as ti
 
 from . import steps
+from .ledger import TOTALS
+
+KINETIC, ELASTIC = TOTALS.index("kinetic_energy"), TOTALS.index("elastic_energy")
 
 
 @ti.kernel
-def add_up(particles: ti.template(), nodes: ti.template(), ledger: ti.template(), laws: ti.template()):
+def fill_totals(particles: ti.template(), nodes: ti.template(), ledger: ti.template(), laws: ti.template()):
     """Fill the ledger's TOTALS: the accounts that the substeps of a frame kept, and the energies at its end, in f64."""
     ti.loop_config(serialize=True)
     for _ in range(1):
-        kinetic, elastic, impulse = zero(), zero(), ti.Vector([zero(), zero()])
-        pressing, sintering, plastic, hardening, sliding, lifting = zero(), zero(), zero(), zero(), zero(), zero()
+        totals = ti.Vector.zero(ti.f64, ti.static(len(TOTALS)))  # keeps the digits of f64 in runs of either precision
         for p in range(particles.count):
-            kinetic += steps.kinetic_energy(p, particles, laws)
-            elastic += steps.elastic_energy(p, particles)
-            pressing += particles.pressing_work[p]
-            sintering += particles.sintering_work[p]
-            plastic += particles.plastic_work[p]
-            hardening += particles.hardening_work[p]
-            sliding += particles.sliding_work[p]
-            lifting += particles.lifting_work[p]
-            impulse += particles.sliding_impulse[p]
-        on_nodes, damping, contact = zero(), zero(), zero()
+            totals[KINETIC] += steps.kinetic_energy(p, particles, laws)
+            totals[ELASTIC] += steps.elastic_energy(p, particles)
+            add_accounts(totals, p, particles.books)
         for i, j in ti.ndrange(nodes.size[0], nodes.size[1]):
-            on_nodes += nodes.kinetic_work[i, j]
-            damping += nodes.damping_work[i, j]
-            contact += nodes.contact_work[i, j]
-            impulse += nodes.contact_impulse[i, j]
-        ledger.totals[None] = ti.Vector(  # in the order of TOTALS
-            [
-                kinetic,
-                elastic,
-                pressing,
-                sintering,
-                plastic,
-                hardening,
-                sliding,
-                lifting,
-                on_nodes,
-                damping,
-                contact,
-                impulse[0],
-                impulse[1],
-            ]
-        )
+            add_accounts(totals, ti.Vector([i, j]), nodes.books)
+        ledger.totals[None] = totals
 
 
 @ti.func
-def zero():
-    """A sum that keeps the digits of f64 in runs of either precision."""
-    return ti.cast(0.0, ti.f64)
+def add_accounts(totals: ti.template(), at, books: ti.template()):
+    """Add what the books hold at one particle or node to the sums of their accounts in ``totals``."""
+    for book in ti.static(books):
+        amount = book.field[at]
+        if ti.static(len(book.places) == 1):
+            totals[book.places[0]] += amount
+        else:
+            for d in ti.static(range(len(book.places))):
+                totals[book.places[d]] += amount[d]

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 import taichi as ti
 
-from ..config import Config
 from ..errors import ConfigError
+from ..settings.case import Case
 from . import contact
 from .laws import Laws
 
@@ -20,8 +20,11 @@ AWAY = 1e9  # height of a disc that touches nothing
 
 @ti.data_oriented
 class Indenter:
-    """Disc and vice as the kernels see them: ``centre`` and downward ``speed`` of the disc, ``vice``: the height up to
-    which nodes rest; and the momentum that the disc gave to each node and particle in the frame."""
+    """Disc and vice as the kernels see them.
+
+    ``centre`` and downward ``speed`` of the disc; ``vice``: the height up to which nodes rest; and the momentum that
+    the disc gave to each node and particle in the frame.
+    """
 
     def __init__(self, radius: float, node_counts: tuple[int, int], particle_slots: int):
         self.radius = radius
@@ -49,43 +52,43 @@ class Place:
     vice: float
 
 
-def find_place(config: Config, positions: np.ndarray) -> Place:
+def find_place(case: Case, positions: np.ndarray) -> Place:
     """Over the centroid of the snow (n, 2), from the first particle that the disc meets; the vice at the centroid.
 
     Raises ConfigError if the disc would come down to the vice.
     """
-    assert config.indenter is not None
-    cell = config.reading.cell
-    radius, depth = config.indenter.radius * cell, config.indenter.depth * cell
+    assert case.indenter is not None
+    cell = case.reading.cell
+    radius, depth = case.indenter.radius * cell, case.indenter.depth * cell
     x, vice = positions.mean(axis=0)
     aside = positions[:, 0] - x
     met = np.abs(aside) < radius
     heights = positions[met, 1] - radius + np.sqrt(radius**2 - aside[met] ** 2)
     touch = float(heights.max(initial=vice))
-    if touch - depth < vice + 2.0 * config.dx:
+    if touch - depth < vice + 2.0 * case.dx:
         raise ConfigError(
-            f"indenter.depth ({config.indenter.depth:g} cells) reaches the vice: {(touch - vice) / cell:.3g} cells of "
+            f"indenter.depth ({case.indenter.depth:g} cells) reaches the vice: {(touch - vice) / cell:.3g} cells of "
             "the pressed snow stand out of it"
         )
     return Place(float(x), touch, float(vice))
 
 
-def depth_at(config: Config, frame: int) -> float:
+def depth_at(case: Case, frame: int) -> float:
     """Depth of the disc below first touch at the end of a frame, in length units; NaN before the test."""
-    assert config.indenter is not None
-    moved = frame - config.frames_before_test
+    assert case.indenter is not None
+    moved = frame - case.frames_before_test
     if moved < 1:
         return float("nan")
-    way = config.indenter.speed * moved * config.loading.frame_time
-    return (way - config.approach) * config.reading.cell
+    way = case.indenter.speed * moved * case.loading.frame_time
+    return (way - case.approach) * case.reading.cell
 
 
-def start_frame(indenter: Indenter, config: Config, place: Place, frame: int) -> None:
+def start_frame(indenter: Indenter, case: Case, place: Place, frame: int) -> None:
     """Put disc and vice where they are as a frame of the test begins."""
-    assert config.indenter is not None
-    speed = config.indenter.speed * config.reading.cell
-    end = place.touch - depth_at(config, frame) + indenter.radius
-    indenter.set((place.x, end + speed * config.loading.frame_time), speed, place.vice)
+    assert case.indenter is not None
+    speed = case.indenter.speed * case.reading.cell
+    end = place.touch - depth_at(case, frame) + indenter.radius
+    indenter.set((place.x, end + speed * case.loading.frame_time), speed, place.vice)
 
 
 def force_of(indenter: Indenter, laws: Laws) -> float:

@@ -3,8 +3,8 @@
 import math
 from dataclasses import dataclass
 
-from ..config import Config
-from ..physics.sintering import maximum_moduli
+from ..physics.maxima import maximum_moduli
+from ..settings.case import Case
 from .splines import INERTIA, NODES
 
 TOUCH = {"f64": 1e-9, "f32": 1e-4}  # grid spacings
@@ -59,9 +59,9 @@ class Laws:
     touch: float  # a particle this near touches: one that was moved to the surface is on it but for round-off
 
 
-def laws_of(config: Config) -> Laws:
+def laws_of(case: Case) -> Laws:
     """The constants of one run."""
-    material, sintering, reading, solver = config.material, config.sintering, config.reading, config.solver
+    material, sintering, reading, solver = case.material, case.sintering, case.reading, case.solver
     E_max, nu_max = maximum_moduli(
         material.E,
         material.nu,
@@ -70,22 +70,22 @@ def laws_of(config: Config) -> Laws:
         as_printed=reading.poisson_denominator == "as_printed",
     )
     # A particle faster than this needs more substeps than are allowed, which ends the run before a sum overflows.
-    fastest = solver.cfl * config.dx * solver.max_substeps / config.loading.frame_time
-    particle_mass = material.rho * config.dx**2 / config.fidelity.particles_per_cell
+    fastest = solver.cfl * case.dx * solver.max_substeps / case.loading.frame_time
+    particle_mass = material.rho * case.dx**2 / case.fidelity.particles_per_cell
     return Laws(
         transfer=solver.transfer,
         flip=solver.flip,
         summation=solver.summation,
         mass_quantum=power_of_two(particle_mass * 2.0**-40),
         momentum_quantum=power_of_two(particle_mass * fastest * 2.0**-50),
-        touch=TOUCH[solver.precision] * config.dx,
+        touch=TOUCH[solver.precision] * case.dx,
         spline=solver.spline,
         nodes=NODES[solver.spline],
         inertia=INERTIA[solver.spline],
-        dx=config.dx,
+        dx=case.dx,
         cfl=solver.cfl,
         max_substeps=solver.max_substeps,
-        frame_time=config.loading.frame_time,
+        frame_time=case.loading.frame_time,
         lowest_stretch=1.0 - material.theta_c,
         highest_stretch=1.0 + material.theta_s,
         hardening_exponent=reading.hardening_exponent,
@@ -108,8 +108,8 @@ def laws_of(config: Config) -> Laws:
         stick_inside=reading.contact == "legacy",
         moves_out=reading.inside_floor == "moved_out",
         friction=reading.friction,
-        indents=config.indenter is not None,
-        indenter_friction=config.indenter.friction if config.indenter else 0.0,
+        indents=case.indenter is not None,
+        indenter_friction=case.indenter.friction if case.indenter else 0.0,
     )
 
 

@@ -30,9 +30,9 @@ def begin(particles: ti.template(), nodes: ti.template(), ledger: ti.template(),
     """Start the frame's accounts."""
     steps.begin_frame(ledger, laws)
     for p in range(particles.count):
-        steps.forget_particle_work(p, particles, nodes, laws)
+        steps.clear_particle_accounts(p, particles, nodes, laws)
     for i, j in ti.ndrange(nodes.size[0], nodes.size[1]):
-        steps.forget_node_work(i, j, nodes, laws)
+        steps.clear_node_accounts(i, j, nodes, laws)
 
 
 @ti.kernel

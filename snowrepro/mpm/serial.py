@@ -28,9 +28,9 @@ def advance_frame(
     for _ in range(1):
         steps.begin_frame(ledger, laws)
         for p in range(particles.count):
-            steps.forget_particle_work(p, particles, nodes, laws)
+            steps.clear_particle_accounts(p, particles, nodes, laws)
         for i, j in ti.ndrange(nodes.size[0], nodes.size[1]):
-            steps.forget_node_work(i, j, nodes, laws)
+            steps.clear_node_accounts(i, j, nodes, laws)
         under_way = True
         while under_way:
             for group in range(particles.lane_groups):  # behind the last substep too: what is stored has yielded

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 import taichi as ti
 
-from ..config import Config
 from ..errors import ConfigError, Diverged
 from ..scene.build import Scene
 from ..scene.press import SHELL_CELLS, external_force
+from ..settings.case import Case, Solver
 from . import accounts, parallel, serial, state
 from .indenter import Indenter, Place, depth_at, find_place, force_of, start_frame
 from .laws import Laws, laws_of
+from .ledger import TOTALS
 
 
 @dataclass(frozen=True)
@@ -62,21 +63,19 @@ def frame_of(number: int, particles: state.Particles, ledger: state.Ledger, test
         ledger.smallest_step[None],
         ledger.ended_inside[None],
         ledger.top_speed2[None],
-        dict(zip(state.TOTALS, ledger.totals[None], strict=True)),
+        dict(zip(TOTALS, ledger.totals[None], strict=True)),
         particles,
         test,
     )
 
 
-def start_taichi(config: Config) -> None:
+def start_taichi(solver: Solver, threads: int) -> None:
     """Start Taichi afresh in the run's precision and without fast math, so that bits repeat.
 
     Raises ConfigError if the device is not there.
     """
-    solver = config.solver
     arch = ti.cuda if solver.device == "cuda" else ti.cpu
     real = ti.f32 if solver.precision == "f32" else ti.f64
-    threads = config.threads
     with contextlib.redirect_stdout(io.StringIO()):  # it announces itself
         ti.init(arch=arch, default_fp=real, default_ip=ti.i32, fast_math=False, cpu_max_num_threads=threads)
     if solver.device == "cuda" and ti.lang.impl.current_cfg().arch != ti.cuda:  # it falls back to the CPU
@@ -95,70 +94,72 @@ def advance_frame(
     """Advance one frame with the driver that the summation asks for; see ``serial.advance_frame``."""
     driver = serial if laws.summation == "in_order" else parallel
     driver.advance_frame(particles, nodes, ledger, laws, gravity, damping, int(sinters))
-    accounts.add_up(particles, nodes, ledger, laws)
+    accounts.fill_totals(particles, nodes, ledger, laws)
 
 
-def frames(config: Config, scene: Scene, resume: Mapping[str, np.ndarray] | None = None) -> Iterator[Frame]:
+def frames(
+    case: Case, scene: Scene, resume: Mapping[str, np.ndarray] | None = None, threads: int = 1
+) -> Iterator[Frame]:
     """Yield frame 0 (the start) and then each frame to the last.
 
     With ``resume``, a frame's checkpoint, yield the frames behind it: the same bits as without a stop.
     Raises Diverged with cause, particle, frame and time when the run stops being a simulation.
     """
-    start_taichi(config)
-    laws = laws_of(config)
-    particles, nodes, ledger = allocate(config, scene, laws)
-    loading = config.loading
-    pressed = config.sintering.enabled or config.reading.unsintered == "pressed"
+    start_taichi(case.solver, threads)
+    laws = laws_of(case)
+    particles, nodes, ledger = allocate(case, scene, laws)
+    loading = case.loading
+    pressed = case.sintering.enabled or case.reading.unsintered == "pressed"
 
     first, place = 1, None
     if resume is None:
-        yield frame_of(0, particles, ledger, _test_at(0, config, nodes, laws, place))
+        yield frame_of(0, particles, ledger, _test_at(0, case, nodes, laws, place))
     else:
         for quantity in state.PARTICLE_STATE:
             particles.write(quantity.name, resume[quantity.name])
         ledger.top_speed2[None] = float(resume["top_speed2"])
         first = int(resume["frame"]) + 1
         place = Place(*resume["test_place"].tolist()) if "test_place" in resume else None
-    for number in range(first, config.frames + 1):
+    for number in range(first, case.frames + 1):
         pressing = number <= loading.press_frames
         if number == loading.press_frames + 1:
-            release(particles, at_rest=config.reading.release == "rest")
+            release(particles, at_rest=case.reading.release == "rest")
         if pressing and pressed:
-            particles.write("force", _pressing_force(config, scene, particles.read("position"), number))
-        if nodes.indenter and config.is_tested(number):
-            place = place or find_place(config, particles.read("position"))
-            start_frame(nodes.indenter, config, place, number)
+            particles.write("force", _pressing_force(case, scene, particles.read("position"), number))
+        if nodes.indenter and case.is_tested(number):
+            place = place or find_place(case, particles.read("position"))
+            start_frame(nodes.indenter, case, place, number)
         advance_frame(
             particles,
             nodes,
             ledger,
             laws,
-            gravity=config.gravity_in(number),
-            damping=config.damping_in(number),
-            sinters=pressing and config.sintering.enabled,
+            gravity=case.gravity_in(number),
+            damping=case.damping_in(number),
+            sinters=pressing and case.sintering.enabled,
         )
         _check(ledger, particles, laws, number)
-        _check_volume(particles, config, number)
-        yield frame_of(number, particles, ledger, _test_at(number, config, nodes, laws, place))
+        _check_volume(particles, case, number)
+        yield frame_of(number, particles, ledger, _test_at(number, case, nodes, laws, place))
 
 
-def _test_at(number: int, config: Config, nodes: state.Nodes, laws: Laws, place: Place | None) -> Indentation | None:
+def _test_at(number: int, case: Case, nodes: state.Nodes, laws: Laws, place: Place | None) -> Indentation | None:
     """What the indenter shows at the end of a frame."""
     if nodes.indenter is None:
         return None
-    return Indentation(place, depth_at(config, number), force_of(nodes.indenter, laws))
+    return Indentation(place, depth_at(case, number), force_of(nodes.indenter, laws))
 
 
-def allocate(config: Config, scene: Scene, laws: Laws) -> tuple[state.Particles, state.Nodes, state.Ledger]:
+def allocate(case: Case, scene: Scene, laws: Laws) -> tuple[state.Particles, state.Nodes, state.Ledger]:
     """Particles and nodes of the scene at frame 0, undeformed and at rest."""
     particles = state.Particles(len(scene.positions))
-    particles.start(scene, config.material)
+    particles.start(scene, case.material)
     nodes = state.Nodes(scene.node_distance, scene.node_normal, laws.summation == "fixed_point")
     ledger = state.Ledger()
-    if config.indenter:
-        radius = config.indenter.radius * config.reading.cell
+    if case.indenter:
+        radius = case.indenter.radius * case.reading.cell
         nodes.indenter = Indenter(radius, nodes.size, particles.count)
-    if config.reading.initial_volume == "grid_density":
+    if case.reading.initial_volume == "grid_density":
         serial.step_2_volume(particles, nodes, laws)
     return particles, nodes, ledger
 
@@ -171,18 +172,18 @@ def release(particles: state.Particles, at_rest: bool) -> None:
         particles.affine.fill(0.0)
 
 
-def _pressing_force(config: Config, scene: Scene, positions: np.ndarray, frame: int) -> np.ndarray:
+def _pressing_force(case: Case, scene: Scene, positions: np.ndarray, frame: int) -> np.ndarray:
     """The external force b of one frame, as an acceleration (n, 2)."""
-    ramp = config.reading.press_ramp
+    ramp = case.reading.press_ramp
     share = min(1.0, frame / ramp) if ramp else 1.0
     return external_force(
-        config.reading.press,
+        case.reading.press,
         positions,
         scene.depth,
-        share * config.pressure,
-        config.material.rho,
+        share * case.pressure,
+        case.material.rho,
         scene.radius,
-        SHELL_CELLS * config.reading.cell,
+        SHELL_CELLS * case.reading.cell,
     )
 
 
@@ -213,16 +214,16 @@ def _cause(p: int, particles: state.Particles) -> str:
     return "left the grid"
 
 
-def _check_volume(particles: state.Particles, config: Config, frame: int) -> None:
+def _check_volume(particles: state.Particles, case: Case, frame: int) -> None:
     """Raise Diverged if many particles are crushed to the lowest J_P: they are no longer followed.
 
     The upper bound is that of loose powder, whose stiffness Eq. 1 has long taken away.
     """
-    low, _ = config.reading.plastic_volume
+    low, _ = case.reading.plastic_volume
     part = float((particles.read("J_P") <= low).mean())
-    if part > config.solver.max_bounded:
+    if part > case.solver.max_bounded:
         raise Diverged(
-            f"diverged in frame {frame} at t = {frame * config.loading.frame_time:.4g} s: {part:.0%} of the particles "
+            f"diverged in frame {frame} at t = {frame * case.loading.frame_time:.4g} s: {part:.0%} of the particles "
             f"are crushed to the lowest J_P, {low:g}, beyond which the law does not describe snow",
             frame,
         )

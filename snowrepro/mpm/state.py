@@ -2,13 +2,15 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import taichi as ti
 
-from ..config import Material
 from ..scene.build import Scene
+from ..settings.case import Material
 from .indenter import Indenter
+from .ledger import NODE, PARTICLE, TOTALS, accounts_of
 
 LANES = 8  # particles that the straight-line laws handle at once; arrays are padded to a multiple
 
@@ -53,18 +55,11 @@ PARTICLE_STATE = (
     Quantity("force", (2,), "external force b as an acceleration", "L/T2"),
     Quantity("tau", (2, 2), "Kirchhoff stress", "M/L/T2"),
     Quantity("wave_speed2", (), "square of the elastic wave speed", "L2/T2"),
-    # Energy and momentum that each cause gave to the particle in the frame.
-    Quantity("pressing_work", (), "work of the external force b", "M L2/T2"),
-    Quantity("sintering_work", (), "energy by sintering (Eqs. 2 to 9)", "M L2/T2"),
-    Quantity("plastic_work", (), "energy by plastic flow", "M L2/T2"),
-    Quantity("hardening_work", (), "energy by the change of Eq. 1's factor", "M L2/T2"),
-    Quantity("sliding_work", (), "energy by step 8, collision with the floor", "M L2/T2"),
-    Quantity("lifting_work", (), "energy by being moved out of the floor", "M L2/T2"),
-    Quantity("sliding_impulse", (2,), "momentum by step 8, collision with the floor", "M L/T"),
+    *(Quantity(account.name, account.shape, account.long_name, account.unit) for account in accounts_of(PARTICLE)),
 )
 
 
-def _field(shape: tuple[int, ...], size, kind=float):
+def _field(shape: tuple[int, ...], size: int | tuple[int, ...], kind: Any = float) -> ti.Field:
     """A structure-of-arrays field, by default of the run's precision."""
     if shape == ():
         return ti.field(kind, shape=size)
@@ -73,20 +68,44 @@ def _field(shape: tuple[int, ...], size, kind=float):
     return ti.Matrix.field(*shape, kind, shape=size, layout=ti.Layout.SOA)
 
 
-def _fill(field, values: np.ndarray) -> None:
+def _fill(field: ti.Field, values: np.ndarray) -> None:
     """Set a field in its own precision."""
     field.from_numpy(values.astype(field.to_numpy().dtype))
 
 
+@dataclass(frozen=True)
+class Book:
+    """An account as kernels see it: its ``field``, and of each component the place of its sum in TOTALS."""
+
+    field: ti.Field
+    places: tuple[int, ...]
+
+
+def _books(owner: "Particles | Nodes", keeper: str) -> tuple[Book, ...]:
+    """The books of one keeper's accounts, whose fields the owner has."""
+    return tuple(
+        Book(getattr(owner, account.name), tuple(map(TOTALS.index, account.totals))) for account in accounts_of(keeper)
+    )
+
+
 @ti.data_oriented
 class Particles:
-    """The fields of PARTICLE_STATE as attributes; ``count`` particles, padded to whole lanes."""
+    """The fields of PARTICLE_STATE as attributes; ``count`` particles, padded to whole lanes.
 
-    def __init__(self, count: int):
+    ``books``: of what each cause gave in the frame.
+    """
+
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """Return the field of a quantity."""
+
+    def __init__(self, count: int) -> None:
         self.count = count
         self.lane_groups = -(-count // LANES)
         for quantity in PARTICLE_STATE:
             setattr(self, quantity.name, _field(quantity.shape, self.lane_groups * LANES))
+        self.books = _books(self, PARTICLE)
         self.gathered = ti.Matrix.field(5, 2, float, shape=self.lane_groups * LANES)  # see grid_to_particle
 
     def read(self, name: str) -> np.ndarray:
@@ -110,13 +129,13 @@ class Nodes:
     """Grid nodes: mass, momentum and velocity, and the floor's signed distance and normal at each.
 
     ``old_momentum`` and ``old_velocity`` are those before forces act.  ``fixed_...`` are the sums in fixed
-    point, where they are taken so.  ``kinetic_work`` and those behind it say what each cause gave in the frame.
-    ``indenter`` is there in runs that have one.
+    point, where they are taken so.  ``books``: of what each cause gave in the frame; their fields are attributes by the
+    accounts' names.  ``indenter`` is there in runs that have one.
     """
 
     indenter: Indenter | None = None
 
-    def __init__(self, distance: np.ndarray, normal: np.ndarray, fixed_point: bool = False):
+    def __init__(self, distance: np.ndarray, normal: np.ndarray, fixed_point: bool = False) -> None:
         self.size = distance.shape
         self.mass = _field((), self.size)
         # x and y side by side, so that one vector instruction takes both.
@@ -130,19 +149,12 @@ class Nodes:
         self.fixed_mass = _field((), fixed_size, ti.i64)
         self.fixed_momentum = _field((2,), fixed_size, ti.i64)
         self.fixed_old_momentum = _field((2,), fixed_size, ti.i64)
-        self.kinetic_work = _field((), self.size)  # of all that acts on nodes
-        self.damping_work = _field((), self.size)
-        self.contact_work = _field((), self.size)
-        self.contact_impulse = _field((2,), self.size)  # damping's too
+        for account in accounts_of(NODE):
+            setattr(self, account.name, _field(account.shape, self.size))
+        self.books = _books(self, NODE)
         _fill(self.distance, distance)
         _fill(self.normal, normal)
 
-
-# What a frame's energy and momentum come to; ``accounts.add_up`` fills it in this order.
-TOTALS = (
-    *("kinetic_energy", "elastic_energy", "pressing_work", "sintering_work", "plastic_work", "hardening_work"),
-    *("sliding_work", "lifting_work", "kinetic_work", "damping_work", "contact_work", "impulse_x", "impulse_y"),
-)
 
 # Why a frame ended; RUNNING means that it did not fail.
 RUNNING, UNSOUND_PARTICLE, TOO_MANY_SUBSTEPS = range(3)
@@ -158,7 +170,7 @@ class Ledger:
     frame's TOTALS.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.status = ti.field(ti.i32, shape=())
         self.particle = ti.field(ti.i32, shape=())
         self.substeps = ti.field(ti.i32, shape=())

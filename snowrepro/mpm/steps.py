@@ -26,26 +26,19 @@ def begin_frame(ledger: ti.template(), laws: ti.template()):
 
 
 @ti.func
-def forget_particle_work(p, particles: ti.template(), nodes: ti.template(), laws: ti.template()):
-    """Start the frame's account of particle p."""
-    particles.pressing_work[p] = 0.0
-    particles.sintering_work[p] = 0.0
-    particles.plastic_work[p] = 0.0
-    particles.hardening_work[p] = 0.0
-    particles.sliding_work[p] = 0.0
-    particles.lifting_work[p] = 0.0
-    particles.sliding_impulse[p] = ti.Vector([0.0, 0.0])
+def clear_particle_accounts(p, particles: ti.template(), nodes: ti.template(), laws: ti.template()):
+    """Set the accounts of particle p to zero, as a frame begins."""
+    for book in ti.static(particles.books):
+        book.field[p] = 0.0
     if ti.static(laws.indents):
         nodes.indenter.particle_impulse[p] = ti.Vector([0.0, 0.0])
 
 
 @ti.func
-def forget_node_work(i, j, nodes: ti.template(), laws: ti.template()):
-    """Start the frame's account of a node."""
-    nodes.kinetic_work[i, j] = 0.0
-    nodes.damping_work[i, j] = 0.0
-    nodes.contact_work[i, j] = 0.0
-    nodes.contact_impulse[i, j] = ti.Vector([0.0, 0.0])
+def clear_node_accounts(i, j, nodes: ti.template(), laws: ti.template()):
+    """Set the accounts of a node to zero, as a frame begins."""
+    for book in ti.static(nodes.books):
+        book.field[i, j] = 0.0
     if ti.static(laws.indents):
         nodes.indenter.node_impulse[i, j] = ti.Vector([0.0, 0.0])
 

@@ -32,7 +32,7 @@ def bounded_exp(x):
 
 @ti.func
 def clamp(x, low, high):
-    """x limited to [low, high], without a branch."""
+    """Limit x to [low, high], without a branch."""
     raised = ti.select(x < low, low, x)
     return ti.select(raised > high, high, raised)
 
@@ -64,7 +64,7 @@ def polar_rotation(F):
 
 @ti.func
 def kirchhoff_stress(F_E, R, mu, lam):
-    """tau = P F^T = 2 mu (F_E - R) F_E^T + lambda (J_E - 1) J_E I (fixed corotated energy)."""
+    """Kirchhoff stress tau = P F^T = 2 mu (F_E - R) F_E^T + lambda (J_E - 1) J_E I (fixed corotated energy)."""
     J_E = F_E.determinant()
     volumetric = lam * (J_E - 1.0) * J_E
     return 2.0 * mu * (F_E - R) @ F_E.transpose() + ti.Matrix([[volumetric, 0.0], [0.0, volumetric]])

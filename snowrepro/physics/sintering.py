@@ -1,6 +1,4 @@
-"""Pressure sintering: density (Eqs. 2 and 6), elasticity (Eqs. 7 and 8) and plasticity (Eq. 9)."""
-
-import math
+"""Pressure sintering: density (Eqs. 2 and 6), elasticity (Eq. 7; Eq. 8 in ``maxima``) and plasticity (Eq. 9)."""
 
 import taichi as ti
 
@@ -35,15 +33,3 @@ def poissons_ratio(rho_r, nu_max):
 def hardening_coefficient(xi, sigma_m, b_norm, weight, C4, C5):
     """Eq. 9; ``weight`` is 1 as printed, or the part of a frame that the update stands for."""
     return xi + weight * (C4 * sigma_m + C5 * b_norm)
-
-
-def maximum_moduli(E0: float, nu0: float, rho_r0: float, C3: float, as_printed: bool) -> tuple[float, float]:
-    """Eq. 8: (E_max, nu_max) from the initial E0, nu0 and relative density rho_r0.
-
-    The paper prints 3 - rho_r under the root of nu_max where Eq. 7 has 3 - 2 rho_r.  As printed,
-    Eq. 7 does not return nu0 at rho_r0; ``as_printed=False`` uses Eq. 7's own denominator, so it does.
-    """
-    E_max = E0 / math.exp(C3 * (1.0 - rho_r0))
-    denominator = 3.0 - rho_r0 if as_printed else 3.0 - 2.0 * rho_r0
-    nu_max = nu0 / math.sqrt(rho_r0 / denominator)
-    return E_max, nu_max

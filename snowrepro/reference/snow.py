@@ -1,7 +1,7 @@
 """Measured laws of snow over its density, each with the range in which it was measured.
 
-The measurers' own texts were not at hand but for abstracts; ``checked`` says what a law was compared with.  That is
-mostly two public programs: snow_models by B. Bergfeld (snow_models/mechanical_params.py, with pages and equations)
+Of the original papers only abstracts were at hand; ``checked`` says what a law was compared with.  That is mostly two
+public programs: snow_models by B. Bergfeld (snow_models/mechanical_params.py, with pages and equations)
 and SnowPyt-MechParams (methods/layer, commit 35cfb4f; its early versions hold other numbers under the same names).
 
 Left out: Gerling et al. (2017), whose range of density was found nowhere, and Wautier et al. (2015), whose level is
@@ -18,7 +18,7 @@ YOUNG, POISSON, VISCOSITY = "Young's modulus", "Poisson's ratio", "compactive vi
 
 @dataclass(frozen=True)
 class Source:
-    """Who measured: authors, year, title, journal; ``doi`` is empty where it is not known."""
+    """The paper of a measurement: authors, year, title and journal; ``doi`` is empty where it is not known."""
 
     text: str
     doi: str = ""
@@ -46,7 +46,7 @@ class Law:
     spread: float = 0.0
 
     def at(self, rho: np.ndarray | float) -> np.ndarray:
-        """The quantity at densities ``rho`` [kg/m^3], in the same shape; NaN outside the law's range."""
+        """Return the quantity at densities ``rho`` [kg/m^3], in the same shape; NaN outside the law's range."""
         rho = np.asarray(rho, dtype=float)
         return np.where((self.low <= rho) & (rho <= self.high), self.value(rho), np.nan)
 
@@ -104,12 +104,16 @@ VIONNET = Source(
 TOMOGRAPHY = "finite elements on X-ray tomography of natural snow, ice of 10 GPa: elastic, no creep"
 
 
-def _modulus(name: str, formula: str, low: float, high: float, **rest) -> Law:
-    return Law(name, YOUNG, "Pa", formula, low, high, **rest)
+def _make_modulus(
+    name: str, formula: str, low: float, high: float, how: str, source: Source, checked: str,
+    value: Callable[[np.ndarray], np.ndarray],
+) -> Law:  # fmt: skip
+    """Make a law of Young's modulus [Pa] between the densities ``low`` and ``high`` [kg/m^3]."""
+    return Law(name, YOUNG, "Pa", formula, low, high, how, source, checked, value)
 
 
 MODULI = (
-    _modulus(
+    _make_modulus(
         "Scapozza 2004",
         "0.1873 MPa times exp(0.0149 rho)",
         180.0,
@@ -123,7 +127,7 @@ MODULI = (
         "another law under the same name, 5.07 GPa (rho / 917)^5.13",
         value=scapozza,
     ),
-    _modulus(
+    _make_modulus(
         "Sigrist 2006",
         "1.89 Pa times rho to the power 2.94",
         215.0,
@@ -137,7 +141,7 @@ MODULI = (
         checked="one secondary source alone: formula, range and frequency in snow_models",
         value=sigrist,
     ),
-    _modulus(
+    _make_modulus(
         "Köchle 2014, light",
         "6.1 kPa times exp(0.0396 rho)",
         150.0,
@@ -148,7 +152,7 @@ MODULI = (
         "two ranges of density",
         value=koechle_light,
     ),
-    _modulus(
+    _make_modulus(
         "Köchle 2014, dense",
         "6.0457 MPa times exp(0.011 rho)",
         250.0,
@@ -158,7 +162,7 @@ MODULI = (
         checked="as for light snow",
         value=koechle_dense,
     ),
-    _modulus(
+    _make_modulus(
         "van Herwijnen 2016",
         "0.93 Pa times rho to the power 2.8",
         100.0,
@@ -174,7 +178,7 @@ MODULI = (
         "confirms a power law, and 0.08 to 34 MPa",
         value=van_herwijnen,
     ),
-    _modulus(
+    _make_modulus(
         "Bergfeld 2023",
         "6.5 GPa times rho / 918 to the power 4.4",
         110.0,
@@ -193,8 +197,8 @@ MODULI = (
 )
 
 
-def _ratio(name: str, mean: float, spread: float, low: float, high: float, source: Source, checked: str) -> Law:
-    """A Poisson's ratio that was found not to follow density."""
+def _make_ratio(name: str, mean: float, spread: float, low: float, high: float, source: Source, checked: str) -> Law:
+    """Make a law of Poisson's ratio that does not depend on density: its mean, and its spread over samples."""
     formula = f"{mean:g} at any density"
     return Law(
         name, POISSON, "1", formula, low, high, TOMOGRAPHY, source, checked, lambda rho: np.full_like(rho, mean), spread
@@ -202,7 +206,7 @@ def _ratio(name: str, mean: float, spread: float, low: float, high: float, sourc
 
 
 RATIOS = (
-    _ratio(
+    _make_ratio(
         "Köchle 2014, rounded grains",
         0.171,
         0.026,
@@ -211,9 +215,9 @@ RATIOS = (
         KOECHLE,
         "one secondary source alone: SnowPyt-MechParams; the range is that of all samples",
     ),
-    _ratio("Köchle 2014, faceted crystals", 0.130, 0.040, 100.0, 500.0, KOECHLE, "as for rounded grains"),
-    _ratio("Köchle 2014, depth hoar", 0.087, 0.063, 100.0, 500.0, KOECHLE, "as for rounded grains"),
-    _ratio(
+    _make_ratio("Köchle 2014, faceted crystals", 0.130, 0.040, 100.0, 500.0, KOECHLE, "as for rounded grains"),
+    _make_ratio("Köchle 2014, depth hoar", 0.087, 0.063, 100.0, 500.0, KOECHLE, "as for rounded grains"),
+    _make_ratio(
         "Srivastava 2016, rounded grains",
         0.191,
         0.008,
@@ -226,7 +230,8 @@ RATIOS = (
 )
 
 
-def _crocus(name: str, below_melting: float) -> Law:
+def _make_crocus(name: str, below_melting: float) -> Law:
+    """Make a law of viscosity from Crocus for dry snow ``below_melting`` kelvin below 0 °C."""
     return Law(
         name,
         VISCOSITY,
@@ -243,6 +248,6 @@ def _crocus(name: str, below_melting: float) -> Law:
     )
 
 
-VISCOSITIES = (_crocus("Crocus, 0 °C", 0.0), _crocus("Crocus, -10 °C", 10.0))
+VISCOSITIES = (_make_crocus("Crocus, 0 °C", 0.0), _make_crocus("Crocus, -10 °C", 10.0))
 
 LAWS = (*MODULI, *RATIOS, *VISCOSITIES)

@@ -1,9 +1,9 @@
-"""A sweep or a run as an RO-Crate: a folder to publish that says in JSON-LD which run made which file, when, with what.
+"""A sweep or a run as an RO-Crate, a folder to publish.
 
-The profile is Process Run Crate 0.5.  The crate is also a store: its runs are in ``runs/``, as in any.
+Its metadata says in JSON-LD which run made which file, when and with what; the profile is Process Run Crate 0.5.  The
+crate is also a store: its runs are in ``runs/``, as in any.
 """
 
-import os
 import re
 import shutil
 import uuid
@@ -13,14 +13,16 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from ..config import Config
 from ..errors import ConfigError, StoreError
-from ..store import manifest, runs, states
+from ..evidence.collect import collect_sweep, describe_missing, write_tables
+from ..evidence.gather import describe_run
+from ..store import manifest, states
 from ..store.files import flush, write_json, writing
+from ..store.run import CHECKPOINT, CONFIG, LOG, OUTCOME, RESULT, WORK, Run
 from ..sweep import record
-from ..sweep.collect import collect, missing, write_tables
-from ..sweep.explain import config_of_run
-from .evidence import name_of
+from ..sweep.explain import run_named
+from .figures.kinds import needs_runs
+from .page.folder import find_report_folder
 
 METADATA = "ro-crate-metadata.json"
 RO_CRATE = "https://w3id.org/ro/crate/1.1"
@@ -48,7 +50,7 @@ ABOUT = {
 
 @dataclass(frozen=True)
 class Terms:
-    """What a store does not know: under which licence (a URL), and by whom (with an ORCID, a URL) runs were made."""
+    """What a store does not know: the licence (a URL), and who made the runs (with an ORCID, a URL)."""
 
     licence: str | None = None
     agent: str | None = None
@@ -56,20 +58,23 @@ class Terms:
 
 
 @dataclass(frozen=True)
-class Made:
-    """A run that was done, or failed, as the crate has it.
+class CopiedRun:
+    """A run in the crate that was done or failed.
 
-    ``folder``: from the crate's root; ``said``: its manifest, or how it ended; ``error``: why it has no result.
+    ``folder``: its path in the crate; ``record``: its manifest, or how it ended; ``error``: why it has no result.
     """
 
-    config: Config
+    run: Run
     folder: Path
-    said: Mapping[str, Any]
+    record: Mapping[str, Any]
     error: str | None = None
 
 
-def terms(licence: str | None, agent: str | None, orcid: str | None) -> Terms:
-    """What a command line states.  ``licence``: a URL or an SPDX identifier.  Raises ConfigError."""
+def parse_terms(licence: str | None, agent: str | None, orcid: str | None) -> Terms:
+    """Check and complete what a command line says of licence and agent.
+
+    ``licence``: a URL or an SPDX identifier.  Raises ConfigError if something is not well formed.
+    """
     if licence and not licence.startswith(("https://", "http://")):
         if not re.fullmatch(r"[\w.+-]+", licence):
             raise ConfigError(f"licence: should be a URL or an SPDX identifier such as CC-BY-4.0 (got {licence})")
@@ -81,12 +86,12 @@ def terms(licence: str | None, agent: str | None, orcid: str | None) -> Terms:
     return Terms(licence, agent, orcid and f"https://orcid.org/{orcid.removeprefix('https://orcid.org/')}")
 
 
-def write_crate(name: str, store: str | Path, out: Path, stated: Terms) -> str:
-    """Write the crate of a remembered sweep, or of a run by its id or an end of it, whole or not at all.
+def write_crate(name: str, store: str | Path, out: Path, terms: Terms) -> str:
+    """Write the crate of a recorded sweep, or of a run by its id or an end of it, completely or not at all.
 
-    Returns, in a line, which runs have no result.  The same store gives the same bytes.  Raises ConfigError where
-    there is no such sweep or run, or none of its runs was done; StoreError where ``out`` is there already, or a
-    result is not as it was written.
+    Returns a line on the runs without a result, empty if there are none.  The same store gives the same bytes.  Raises
+    ConfigError if there is no such sweep or run, or none of its runs was done; StoreError if ``out`` exists already, or
+    a result is not as it was written.
     """
     if out.exists():
         raise StoreError(f"'{out}' is there already: remove it or name another folder, --out FOLDER")
@@ -94,191 +99,197 @@ def write_crate(name: str, store: str | Path, out: Path, stated: Terms) -> str:
     try:
         with writing(out):
             partial.mkdir(parents=True)
-            lacking = _fill(partial, name, store, stated)
+            missing_runs = _fill_crate(partial, name, store, terms)
             flush(partial)
-            os.rename(partial, out)
+            partial.rename(out)
             flush(out.parent)
     finally:
         shutil.rmtree(partial, ignore_errors=True)
-    return lacking
+    return missing_runs
 
 
-def _fill(crate: Path, name: str, store: str | Path, stated: Terms) -> str:
-    """Put all files into the crate's folder, then what is said of them."""
+def _fill_crate(crate: Path, name: str, store: str | Path, terms: Terms) -> str:
+    """Copy all files into the crate's folder and write the metadata; returns a line on runs without a result."""
     if name in record.names(store):
-        title, lacking, configs = f"sweep {name}", _copy_sweep(crate, name, store), _configs(name, store)
+        title, missing_runs, runs = f"sweep {name}", _copy_sweep(crate, name, store), _list_runs(name, store)
     else:
-        configs = [_config_of_run(name, store)]
-        title, lacking = f"run {runs.identify(configs[0])}", ""
-    made = [run for config in configs if (run := _copy_run(crate, config))]
-    if not made:
+        runs = [_find_run(name, store)]
+        title, missing_runs = f"run {runs[0].id}", ""
+    copied_runs = [copied for run in runs if (copied := _copy_run(crate, run))]
+    if not copied_runs:
         raise ConfigError(f"no run of '{name}' was done yet, and none failed: there is nothing to publish")
-    graph = _graph(crate, title, made, lacking, stated)
+    graph = _make_graph(crate, title, copied_runs, missing_runs, terms)
     write_json(crate / METADATA, {"@context": f"{RO_CRATE}/context", "@graph": graph})
-    return lacking
+    return missing_runs
 
 
-def _config_of_run(name: str, store: str | Path) -> Config:
+def _find_run(name: str, store: str | Path) -> Run:
+    """Find a run by its id.  Raises ConfigError, with the names of all sweeps."""
     try:
-        return config_of_run(name, store)
+        return run_named(name, store)
     except ConfigError as error:
         raise ConfigError(f"{error}; sweeps are: {', '.join(record.names(store)) or 'none yet'}") from error
 
 
-def _configs(name: str, store: str | Path) -> list[Config]:
-    """Each run of a sweep once, in the order of their ids."""
-    configs = {runs.identify(config): config for config in record.plan_of(name, store).configs}
-    return [configs[run_id] for run_id in sorted(configs)]
+def _list_runs(name: str, store: str | Path) -> list[Run]:
+    """List each run of a sweep once, in the order of their ids."""
+    runs = {run.id: run for run in record.plan_of(name, store).runs}
+    return [runs[run_id] for run_id in sorted(runs)]
 
 
 def _copy_sweep(crate: Path, name: str, store: str | Path) -> str:
-    """The sweep's record, tables and report; returns which of its runs have no result."""
+    """Copy the sweep's record, tables and report; returns a line on runs without a result."""
     plan = record.plan_of(name, store)
-    if not plan.needs_runs:
+    if not needs_runs(plan.runs):
         raise ConfigError(f"'{name}' has no runs")
     folder = record.folder_of(name, crate / STORE)
     folder.mkdir(parents=True)
     shutil.copyfile(record.folder_of(name, store) / record.RECORD, folder / record.RECORD)
-    found = collect(plan)
-    write_tables(found, folder)
-    if plan.configs[0].experiment:
-        from .page import report_folder
-
-        report = report_folder(plan.configs[0], plan.overrides)
+    collected = collect_sweep(plan)
+    write_tables(collected, folder)
+    if plan.experiment:
+        report = find_report_folder(plan.runs[0], plan.overrides)
         if (report / "index.html").is_file():
             shutil.copytree(report, crate / "reports" / report.name, ignore=shutil.ignore_patterns(".*", "*.part"))
-    return missing(found.table)
+    return describe_missing(collected.table)
 
 
-def _copy_run(crate: Path, config: Config) -> Made | None:
-    """Copy what a run left, and its configuration; None if it was not run, or left no word of how it ended."""
-    run_id, state = runs.identify(config), states.standing(config).state
+def _copy_run(crate: Path, run: Run) -> CopiedRun | None:
+    """Copy the files of a run with its configuration; None if it was not run, or no record says how it ended."""
+    run_id, state = run.id, states.standing(run).state
     if state == states.DONE:
         place = Path(STORE) / run_id
-        _copy(runs.run_dir(config), crate / place, (runs.RESULT, runs.LOG, manifest.MANIFEST))
-        said = manifest.read(crate / place)
-        if flaw := manifest.flaw(crate / place, said, run_id):
-            raise StoreError(f"{runs.run_dir(config)}: {flaw}; 'snowrepro run' makes it again")
-        write_json(crate / place / runs.CONFIG, said["config"])
-        return Made(config, place, said)
-    if state in (states.FAILED, states.TIMED_OUT, states.INTERRUPTED) and (said := runs.outcome(config)):
-        place = Path(STORE) / runs.WORK / run_id
-        _copy(runs.work_dir(config), crate / place, (runs.LOG, runs.OUTCOME, runs.CONFIG, runs.CHECKPOINT))
-        return Made(config, place, said, f"{state}: {said['message']}")
+        _copy_files(run.folder, crate / place, (RESULT, LOG, manifest.MANIFEST))
+        content = manifest.read(crate / place)
+        if flaw := manifest.flaw(crate / place, content, run_id):
+            raise StoreError(f"{run.folder}: {flaw}; 'snowrepro run' makes it again")
+        write_json(crate / place / CONFIG, content["config"])
+        return CopiedRun(run, place, content)
+    if state in (states.FAILED, states.TIMED_OUT, states.INTERRUPTED) and (content := run.outcome()):
+        place = Path(STORE) / WORK / run_id
+        _copy_files(run.work, crate / place, (LOG, OUTCOME, CONFIG, CHECKPOINT))
+        return CopiedRun(run, place, content, f"{state}: {content['message']}")
     return None
 
 
-def _copy(source: Path, place: Path, names: Sequence[str]) -> None:
+def _copy_files(source: Path, place: Path, names: Sequence[str]) -> None:
+    """Copy those of the files ``names`` that exist."""
     place.mkdir(parents=True)
     for name in names:
         if (source / name).is_file():
             shutil.copyfile(source / name, place / name)
 
 
-def _graph(crate: Path, title: str, made: Sequence[Made], lacking: str, stated: Terms) -> list[dict[str, Any]]:
-    """All that the crate says: of itself, of its files, of each run, and of what made them."""
-    files = [_file(path, crate) for path in sorted(crate.rglob("*")) if path.is_file()]
-    tools = list(dict.fromkeys(_tool(run) for run in made))
-    actions = [_action(run, f"#software-{tools.index(_tool(run)) + 1}", files, stated) for run in made]
+def _make_graph(
+    crate: Path, title: str, copied_runs: Sequence[CopiedRun], missing_runs: str, terms: Terms
+) -> list[dict[str, Any]]:
+    """Make all metadata: of the crate, its files, each run, and the software."""
+    files = [_describe_file(path, crate) for path in sorted(crate.rglob("*")) if path.is_file()]
+    tools = list(dict.fromkeys(_identify_software(copied) for copied in copied_runs))
+    actions = [
+        _describe_run(copied, f"#software-{tools.index(_identify_software(copied)) + 1}", files, terms)
+        for copied in copied_runs
+    ]
     root = {
         "@id": "./",
         "@type": "Dataset",
         "name": f"Snow that is pressed and dropped: {title}",
         "description": f"{SUBJECT}: {title}. "
-        + (f"Without a result are {lacking}. " if lacking else "")
+        + (f"Without a result are {missing_runs}. " if missing_runs else "")
         + f"The folder {STORE} is a store that snowrepro reads.",
-        "datePublished": max(run.said["created"] for run in made),
-        "license": {"@id": stated.licence} if stated.licence else NO_LICENCE,
+        "datePublished": max(copied.record["created"] for copied in copied_runs),
+        "license": {"@id": terms.licence} if terms.licence else NO_LICENCE,
         "conformsTo": {"@id": PROFILE},
-        "hasPart": _references(file["@id"] for file in files),
-        "mentions": _references(action["@id"] for action in actions),
-        **({"author": {"@id": _agent(stated)}} if stated.agent else {}),
+        "hasPart": _refer_to(file["@id"] for file in files),
+        "mentions": _refer_to(action["@id"] for action in actions),
+        **({"author": {"@id": _get_agent_id(terms)}} if terms.agent else {}),
     }
-    software = [_software(f"#software-{number}", *tool) for number, tool in enumerate(tools, 1)]
-    return [_descriptor(), root, *_named(stated), *files, *actions, *software]
+    software = [_describe_software(f"#software-{number}", *tool) for number, tool in enumerate(tools, 1)]
+    return [_describe_metadata(), root, *_describe_terms(terms), *files, *actions, *software]
 
 
-def _references(identifiers: Iterable[str]) -> Any:
-    """One reference as it is, several as a list: the profile wants no lists of one."""
-    found = [{"@id": identifier} for identifier in identifiers]
-    return found[0] if len(found) == 1 else found
+def _refer_to(identifiers: Iterable[str]) -> Any:
+    """Make one reference, or a list of several: the profile does not allow lists of one."""
+    references = [{"@id": identifier} for identifier in identifiers]
+    return references[0] if len(references) == 1 else references
 
 
-def _descriptor() -> dict[str, Any]:
-    """What the metadata's file is itself."""
-    about = {"conformsTo": {"@id": RO_CRATE}, "about": {"@id": "./"}}
-    return {"@id": METADATA, "@type": "CreativeWork", **about}
+def _describe_metadata() -> dict[str, Any]:
+    """Describe the file of metadata itself."""
+    references = {"conformsTo": {"@id": RO_CRATE}, "about": {"@id": "./"}}
+    return {"@id": METADATA, "@type": "CreativeWork", **references}
 
 
-def _named(stated: Terms) -> Iterator[dict[str, Any]]:
-    """The profile, the licence and the agent."""
+def _describe_terms(terms: Terms) -> Iterator[dict[str, Any]]:
+    """Describe the profile, the licence and the agent."""
     yield {"@id": PROFILE, "@type": "CreativeWork", "name": "Process Run Crate", "version": "0.5"}
-    if stated.licence:
-        name = stated.licence.rstrip("/").rsplit("/", 1)[1]
+    if terms.licence:
+        name = terms.licence.rstrip("/").rsplit("/", 1)[1]
         yield {
-            "@id": stated.licence,
+            "@id": terms.licence,
             "@type": "CreativeWork",
             "name": name,
             "description": f"licence of this crate: {name}",
         }
-    if stated.agent:
-        yield {"@id": _agent(stated), "@type": "Person", "name": stated.agent}
+    if terms.agent:
+        yield {"@id": _get_agent_id(terms), "@type": "Person", "name": terms.agent}
 
 
-def _agent(stated: Terms) -> str:
-    return stated.orcid or "#agent"
+def _get_agent_id(terms: Terms) -> str:
+    """Get the identifier of the agent."""
+    return terms.orcid or "#agent"
 
 
-def _file(path: Path, crate: Path) -> dict[str, Any]:
-    """A file of the crate."""
+def _describe_file(path: Path, crate: Path) -> dict[str, Any]:
+    """Describe a file of the crate."""
     inside = path.relative_to(crate)
-    told = ABOUT.get(path.name, "report, as it stood") if inside.parts[0] == STORE else "report, as it stood"
+    description = ABOUT.get(path.name, "report, as it stood") if inside.parts[0] == STORE else "report, as it stood"
     kind = TYPES.get(path.suffix)
     return {
         "@id": quote(inside.as_posix()),
         "@type": "File",
         "name": path.name,
-        "description": told,
+        "description": description,
         "contentSize": str(path.stat().st_size),
         **({"encodingFormat": kind} if kind else {}),
     }
 
 
-def _action(run: Made, tool: str, files: Sequence[Mapping[str, Any]], stated: Terms) -> dict[str, Any]:
-    """What was done: one run, with what went in and what came out."""
-    folder = quote(f"{run.folder.as_posix()}/")
-    own = [file["@id"] for file in files if file["@id"].startswith(folder)]
-    config = f"{folder}{runs.CONFIG}"
-    command = f", by: {run.said['command']}" if "command" in run.said else ""
-    took = f" in {run.said['wall_seconds']:g} s" if "wall_seconds" in run.said else ""
+def _describe_run(copied: CopiedRun, tool: str, files: Sequence[Mapping[str, Any]], terms: Terms) -> dict[str, Any]:
+    """Describe one run as an action, with what went in and what came out.  ``tool``: identifier of the software."""
+    folder = quote(f"{copied.folder.as_posix()}/")
+    files_of_run = [file["@id"] for file in files if file["@id"].startswith(folder)]
+    config = f"{folder}{CONFIG}"
+    command = f", by: {copied.record['command']}" if "command" in copied.record else ""
+    duration = f" in {copied.record['wall_seconds']:g} s" if "wall_seconds" in copied.record else ""
     return {
-        "@id": f"#{quote(runs.identify(run.config))}",
+        "@id": f"#{quote(copied.run.id)}",
         "@type": "CreateAction",
-        "name": f"simulation of {name_of(run.config)}",
-        "description": f"simulated on {run.said.get('machine', 'a machine not told')}{took}{command}",
+        "name": f"simulation of {describe_run(copied.run)}",
+        "description": f"simulated on {copied.record.get('machine', 'a machine not told')}{duration}{command}",
         "instrument": {"@id": tool},
         "object": {"@id": config},
-        "result": _references(name for name in own if name != config),
-        **({"startTime": run.said["began"]} if "began" in run.said else {}),
-        "endTime": run.said["created"],
-        "actionStatus": STATUS.format("Failed" if run.error else "Completed"),
-        **({"error": run.error} if run.error else {}),
-        **({"agent": {"@id": _agent(stated)}} if stated.agent else {}),
+        "result": _refer_to(name for name in files_of_run if name != config),
+        **({"startTime": copied.record["began"]} if "began" in copied.record else {}),
+        "endTime": copied.record["created"],
+        "actionStatus": STATUS.format("Failed" if copied.error else "Completed"),
+        **({"error": copied.error} if copied.error else {}),
+        **({"agent": {"@id": _get_agent_id(terms)}} if terms.agent else {}),
     }
 
 
-def _tool(run: Made) -> tuple[str, str]:
-    """Versions and code that made a run."""
-    return str(run.said.get("versions", "unknown")), str(run.said.get("git_state", "unknown"))
+def _identify_software(copied: CopiedRun) -> tuple[str, str]:
+    """Return versions and code that made a run."""
+    return str(copied.record.get("versions", "unknown")), str(copied.record.get("git_state", "unknown"))
 
 
-def _software(identifier: str, versions: str, commit: str) -> dict[str, Any]:
-    """The program in one state."""
-    own = re.search(r"snowrepro (\S+?)(,|$)", versions)
+def _describe_software(identifier: str, versions: str, commit: str) -> dict[str, Any]:
+    """Describe the program in one state of its code."""
+    version = re.search(r"snowrepro (\S+?)(,|$)", versions)
     return {
         "@id": identifier,
         "@type": "SoftwareApplication",
         "name": "snowrepro",
-        "softwareVersion": f"{own[1] if own else 'unknown'}, commit {commit}",
+        "softwareVersion": f"{version[1] if version else 'unknown'}, commit {commit}",
         "description": f"with {versions}",
     }

@@ -1,8 +1,10 @@
-"""What a report consists of, before it becomes Markdown, HTML or JSON: sections of text, tables and pictures.
+"""The parts of a report before it becomes Markdown, HTML or JSON: sections of text, tables and pictures.
 
-Text is Markdown (CommonMark), a paragraph or a list a string; what comes from data goes through ``plain``.
+Text is Markdown (CommonMark); one string is one paragraph or one list.  Text that comes from data must go through
+``escape``.
 """
 
+import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -12,11 +14,11 @@ import pandas as pd
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture beside the report.
+    """A picture file in the folder of the report.
 
-    ``file``: its name in the report's folder; ``alt``: what one would see, in words; ``caption``: how to read it, in
-    Markdown; ``source``: the figure or equations of the paper that it belongs to; ``data``: the file in the folder
-    that holds what is drawn.
+    ``file``: its name; ``alt``: a description for those who cannot see it; ``caption``: how to read it, in Markdown;
+    ``source``: the figure or equations of the paper that it reproduces; ``data``: the file in the folder that holds the
+    numbers drawn.
     """
 
     file: str
@@ -28,7 +30,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Table:
-    """Numbers or words in rows; text cells are Markdown.  ``data``: the file in the folder that holds them all."""
+    """Numbers or words in rows; text cells are Markdown.  ``data``: the file in the folder with the whole table."""
 
     frame: pd.DataFrame
     caption: str = ""
@@ -45,14 +47,14 @@ class Pair:
 
 @dataclass(frozen=True)
 class Heading:
-    """The head of what follows inside a section."""
+    """A heading inside a section."""
 
     text: str
 
 
 @dataclass(frozen=True)
 class Fold:
-    """What stands behind a line and is opened by those who want it."""
+    """Blocks that are hidden behind a line of text until the reader opens them."""
 
     summary: str
     blocks: "Sequence[Block]"
@@ -62,91 +64,119 @@ Block = str | Picture | Pair | Table | Heading | Fold
 
 
 @dataclass(frozen=True)
-class Findings:
-    """What a picture module contributes: the body of a section, and its verdict in a sentence, for the screen too."""
+class FigureContent:
+    """What a figure contributes to a report.
+
+    ``blocks``: the body of its section; ``verdict``: the result in a sentence, which is also printed on the screen.
+    """
 
     blocks: Sequence[Block]
     verdict: str
 
 
-NOTHING = Findings((), "No run has a result.")
+NO_RESULT = FigureContent((), "No run has a result.")
 
 
 @dataclass(frozen=True)
 class Section:
-    """A part of a report.
+    """A section of a report.
 
-    ``anchor``: its name in links; ``says``: what the paper says of it; ``redo``: the command that makes it again;
-    ``runs``: the anchor of the list of runs that it was drawn from.
+    ``anchor``: its name in links; ``paper_text``: what the paper says of the subject; ``command``: the command that
+    makes the section again; ``runs``: the anchor of the list of runs that it was drawn from.
     """
 
     anchor: str
     title: str
     blocks: Sequence[Block]
-    says: str = ""
-    redo: str = ""
+    paper_text: str = ""
+    command: str = ""
     runs: str = ""
 
 
 @dataclass(frozen=True)
 class Document:
-    """A whole report; ``title`` is no Markdown; the first section is what one sees first."""
+    """A whole report.  ``title`` is not Markdown; the first section is the summary on top."""
 
     title: str
     sections: Sequence[Section]
 
 
-def plain(text: object) -> str:
-    """Text from data, so that no letter of it means anything in Markdown."""
+def escape(text: object) -> str:
+    """Escape text from data, so that no letter of it is taken for Markdown."""
     return re.sub(r"([\\`*_{}\[\]()#+!|<>~&])", r"\\\1", str(text))
 
 
-def code(text: object) -> str:
-    """Text as code, whatever backticks it has."""
+def escape_cell(value: object) -> object:
+    """Escape the value of a cell if it is text; return anything else as it is."""
+    return escape(value) if isinstance(value, str) else value
+
+
+def format_code(text: object) -> str:
+    """Format text as inline code, also if it contains backticks."""
     longest = max(map(len, re.findall("`+", str(text))), default=0)
     fence = "`" * (longest + 1)
     return f"{fence} {text} {fence}" if longest else f"`{text}`"
 
 
-def listed(lines: Sequence[str]) -> str:
-    """A list, an item a line."""
+def format_list(lines: Sequence[str]) -> str:
+    """Format lines as a Markdown list, one item for each line."""
     return "\n".join(f"- {line}" for line in lines)
 
 
-def flat(blocks: Sequence[Block]) -> Iterator[Block]:
-    """All blocks, those inside folds too."""
+def join_names(names: Sequence[str], last: str) -> str:
+    """Join names as in a sentence: "C1, C2 and C3" with ``last`` = "and"; "none" if there are no names."""
+    *first, end = names or ("none",)
+    return f"{', '.join(first)} {last} {end}" if first else end
+
+
+def walk_blocks(blocks: Sequence[Block]) -> Iterator[Block]:
+    """Yield all blocks, those inside folds too."""
     for block in blocks:
         yield block
         if isinstance(block, Fold):
-            yield from flat(block.blocks)
+            yield from walk_blocks(block.blocks)
 
 
-def moved(block: Block, folder: str) -> Block:
-    """The same block where its files lie in ``folder``, as seen from the report."""
+def relocate_block(block: Block, folder: str) -> Block:
+    """Return the block with all links to files changed as if its files were in ``folder``.
+
+    ``folder``: path from the report to the folder of the files.
+    """
     if isinstance(block, str):
-        return _links_moved(block, folder)
+        return _relocate_links(block, folder)
     if isinstance(block, Picture):
-        data = block.data and f"{folder}/{block.data}"
-        return replace(block, file=f"{folder}/{block.file}", data=data, caption=_links_moved(block.caption, folder))
+        return relocate_picture(block, folder)
     if isinstance(block, Pair):
-        return replace(block, pictures=tuple(moved(picture, folder) for picture in block.pictures))
+        first, second = block.pictures
+        return replace(block, pictures=(relocate_picture(first, folder), relocate_picture(second, folder)))
     if isinstance(block, Table):
-        frame = block.frame.map(lambda cell: _links_moved(cell, folder) if isinstance(cell, str) else cell)
+        frame = block.frame.map(lambda cell: _relocate_links(cell, folder) if isinstance(cell, str) else cell)
         return replace(block, frame=frame, data=block.data and f"{folder}/{block.data}")
     if isinstance(block, Fold):
-        return replace(block, blocks=[moved(inner, folder) for inner in block.blocks])
+        return replace(block, blocks=[relocate_block(inner, folder) for inner in block.blocks])
     return block
 
 
-def _links_moved(text: str, folder: str) -> str:
-    """Markdown whose links to files beside it lead into ``folder``; other links and code stay."""
+def relocate_picture(picture: Picture, folder: str) -> Picture:
+    """Return the picture as if its files were in ``folder``; see ``relocate_block``."""
+    data = picture.data and f"{folder}/{picture.data}"
+    return replace(
+        picture, file=f"{folder}/{picture.file}", data=data, caption=_relocate_links(picture.caption, folder)
+    )
+
+
+def _relocate_links(text: str, folder: str) -> str:
+    """Lead links to files beside the report into ``folder``; other links and code stay as they are."""
     return re.sub(r"(?<!\\)\]\((?![a-z]+:|[#/])", f"]({folder}/", text)
 
 
-def shown(value: object) -> str:
-    """A cell: floats with three significant digits, or whole from 1000 on; a dash for what is not there."""
+def format_cell(value: object) -> str:
+    """Format the value of a cell as text.
+
+    Floats have three significant digits, from 1000 on no decimals; NaN is a dash.
+    """
     if not isinstance(value, float):
         return str(value)
-    if value != value:
+    if math.isnan(value):
         return "-"
     return f"{value:.0f}" if abs(value) >= 1000 else f"{value:.3g}"

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..config import Config, Floor, Outline
 from ..errors import ConfigError
+from ..settings.case import Case, Floor, Outline
 from . import outline as geometry
 
 WALL_SPACINGS = 3.0  # the box around the scene is a wall this many grid spacings inside the grid
@@ -33,34 +33,34 @@ class Scene:
     radius: float
 
 
-def build_scene(config: Config) -> Scene:
+def build_scene(case: Case) -> Scene:
     """Place the snow above the floor.  Raises ConfigError for a bad outline, and where things do not fit."""
-    for kind, part in (("shape", config.shape), ("floor", config.floor)):
+    for kind, part in (("shape", case.shape), ("floor", case.floor)):
         flaw = geometry.flaw(part.outline)
         if flaw:
             raise ConfigError(f"the outline of {kind} '{part.name}' cannot be used: {flaw}")
-    cell, dx = config.reading.cell, config.fidelity.dx
-    area = geometry.area(config.shape.outline)
+    cell, dx = case.reading.cell, case.fidelity.dx
+    area = geometry.area(case.shape.outline)
     if area < LEAST_CELLS * dx**2:
         raise ConfigError(
-            f"shape '{config.shape.name}' is too small: its area is {area:.3g} cells^2, at least "
+            f"shape '{case.shape.name}' is too small: its area is {area:.3g} cells^2, at least "
             f"{LEAST_CELLS * dx**2:g} are needed at a grid spacing of {dx:g}"
         )
-    width, height = domain(config)
-    _check_floor(config, width)
-    places, depth = sample(config.shape.outline, dx, config.fidelity.particles_per_cell, config.seed)
-    places = places + place_of_snow(config)
-    _check_fit(config, places, width, height)
-    _check_indenter(config)
+    width, height = domain(case)
+    _check_floor(case, width)
+    places, depth = sample(case.shape.outline, dx, case.fidelity.particles_per_cell, case.seed)
+    places = places + place_of_snow(case)
+    _check_fit(case, places, width, height)
+    _check_indenter(case)
 
     counts = np.array([np.ceil(width / dx), np.ceil(height / dx)], dtype=int) + 1
     nodes = np.stack(np.meshgrid(*(np.arange(n) * dx for n in counts), indexing="ij"), axis=-1).reshape(-1, 2)
     far = (counts - 1) * dx
-    distance, normal = floor_and_walls(config.floor.outline, nodes, far[0], far[1], WALL_SPACINGS * dx)
+    distance, normal = floor_and_walls(case.floor.outline, nodes, far[0], far[1], WALL_SPACINGS * dx)
     return Scene(
         positions=places * cell,
         depth=depth * cell,
-        mass=config.material.rho * area * cell**2 / len(places),
+        mass=case.material.rho * area * cell**2 / len(places),
         volume=area * cell**2 / len(places),
         node_distance=distance.reshape(counts) * cell,
         node_normal=normal.reshape(*counts, 2),
@@ -107,11 +107,11 @@ def floor_and_walls(
     return distance, geometry.unit(normal)
 
 
-def domain(config: Config) -> tuple[float, float]:
+def domain(case: Case) -> tuple[float, float]:
     """Width and height of the box around the scene [cells]."""
-    snow, floor = (geometry.extent(part.outline)[1][1] for part in (config.shape, config.floor))
-    top = max(snow + place_of_snow(config)[1] + HEADROOM, floor)
-    return domain_width(config.floor), float(np.ceil(top + COARSEST * WALL_SPACINGS))
+    snow, floor = (geometry.extent(part.outline)[1][1] for part in (case.shape, case.floor))
+    top = max(snow + place_of_snow(case)[1] + HEADROOM, floor)
+    return domain_width(case.floor), float(np.ceil(top + COARSEST * WALL_SPACINGS))
 
 
 def domain_width(floor: Floor) -> float:
@@ -119,57 +119,57 @@ def domain_width(floor: Floor) -> float:
     return floor.width or float(np.ceil(geometry.extent(floor.outline)[1][0]))
 
 
-def place_of_snow(config: Config) -> np.ndarray:
+def place_of_snow(case: Case) -> np.ndarray:
     """Shift (2,) that puts the snow's centre over ``drop_x`` and lets it fall ``drop_height`` to the first touch."""
-    body, floor = config.shape.outline, config.floor
+    body, floor = case.shape.outline, case.floor
     drop_x = floor.drop_x or 0.5 * domain_width(floor)
     aside = drop_x - geometry.centroid(body)[0]
     ground = COARSEST * WALL_SPACINGS - geometry.extent(body)[0][1]  # of the box, where no floor is below
     lift = max(ground, -geometry.gap_above(body, floor.outline, aside))
-    return np.array([aside, lift + config.reading.drop_height])
+    return np.array([aside, lift + case.reading.drop_height])
 
 
-def _check_floor(config: Config, width: float) -> None:
+def _check_floor(case: Case, width: float) -> None:
     """Refuse a floor that reaches out of its domain."""
-    low, high = geometry.extent(config.floor.outline)
+    low, high = geometry.extent(case.floor.outline)
     if (low < 0).any() or high[0] > width:
         raise ConfigError(
-            f"floor '{config.floor.name}' lies outside its domain, which is {width:g} cells wide from (0, 0): "
+            f"floor '{case.floor.name}' lies outside its domain, which is {width:g} cells wide from (0, 0): "
             f"it spans x {low[0]:g} to {high[0]:g} and y {low[1]:g} to {high[1]:g}"
         )
 
 
-def _check_fit(config: Config, places: np.ndarray, width: float, height: float) -> None:
+def _check_fit(case: Case, places: np.ndarray, width: float, height: float) -> None:
     """Refuse snow that leaves the box or starts in the floor."""
-    dx = config.fidelity.dx
+    dx = case.fidelity.dx
     margin = (WALL_SPACINGS + 1.0) * dx
     low, high = places.min(axis=0), places.max(axis=0)
     if (low < margin).any() or high[0] > width - margin or high[1] > height - margin:
         raise ConfigError(
-            f"shape '{config.shape.name}' does not fit the domain of floor '{config.floor.name}': the snow spans "
+            f"shape '{case.shape.name}' does not fit the domain of floor '{case.floor.name}': the snow spans "
             f"x {low[0]:.1f} to {high[0]:.1f} and y {low[1]:.1f} to {high[1]:.1f} cells, the domain is {width:g} x "
             f"{height:g} cells with a margin of {margin:g}"
         )
-    distance, _ = geometry.signed_distance(config.floor.outline, places)
+    distance, _ = geometry.signed_distance(case.floor.outline, places)
     if distance.min() < dx:
         raise ConfigError(
-            f"shape '{config.shape.name}' touches floor '{config.floor.name}' at the start: "
+            f"shape '{case.shape.name}' touches floor '{case.floor.name}' at the start: "
             f"the gap is {distance.min():.2f} cells, at least {dx:g} are needed"
         )
 
 
-def _check_indenter(config: Config) -> None:
+def _check_indenter(case: Case) -> None:
     """Refuse a hardness test that the grid cannot resolve, or that goes down to where the snow is held."""
-    test, outline = config.indenter, config.shape.outline
+    test, outline = case.indenter, case.shape.outline
     if test is None:
         return
-    if test.radius < 2.0 * config.fidelity.dx:
+    if test.radius < 2.0 * case.fidelity.dx:
         raise ConfigError(
-            f"indenter.radius ({test.radius:g} cells) must be at least two grid spacings ({2 * config.fidelity.dx:g})"
+            f"indenter.radius ({test.radius:g} cells) must be at least two grid spacings ({2 * case.fidelity.dx:g})"
         )
     standing = geometry.extent(outline)[1][1] - geometry.centroid(outline)[1]
-    if test.depth > standing - 2.0 * config.fidelity.dx:
+    if test.depth > standing - 2.0 * case.fidelity.dx:
         raise ConfigError(
-            f"indenter.depth ({test.depth:g} cells) is more than shape '{config.shape.name}' has: {standing:.3g} cells "
+            f"indenter.depth ({test.depth:g} cells) is more than shape '{case.shape.name}' has: {standing:.3g} cells "
             "of it stand out of the vice, which holds it up to its centroid, and two grid spacings must be left"
         )

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from ..config import Outline
+from ..settings.case import Outline
 
 TIE = 1e-9  # distances that differ by less are equal [cells]
 FLAT = 1e-3  # how far a polyline may lie from its arc [cells]
@@ -181,10 +181,10 @@ def _heights(corners: np.ndarray, x: np.ndarray, extreme: np.ufunc, none: float)
 
 def _corners(outline: Outline) -> np.ndarray:
     """Corners and bulges (k, 3) as given; a circle is two half circles."""
-    if outline.kind == "circle":
+    if outline.radius is not None and outline.kind == "circle":
         (x, y), r = outline.centre, outline.radius
         return np.array([[x - r, y, 1.0], [x + r, y, 1.0]])
-    return np.array([(*corner, 0.0)[:3] for corner in outline.points])
+    return np.array([(*corner, 0.0)[:3] for corner in outline.points or ()])
 
 
 def _loop(corners: np.ndarray) -> Loop:

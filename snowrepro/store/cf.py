@@ -42,12 +42,12 @@ def as_file(dataset: xr.Dataset, history: str) -> xr.Dataset:
         unit = variable.attrs.get("units", "1")
         if (bare := _without_cells(unit)) != unit:
             variable.attrs |= {"units": bare, "reading_units": unit}
-    said = {"history": history}
+    about = {"history": history}
     if any("reading_units" in variable.attrs for variable in written.variables.values()):
-        said["units_comment"] = CELLS
+        about["units_comment"] = CELLS
     if all(KNOWN.fullmatch(variable.attrs.get("units", "1")) for variable in written.variables.values()):
-        said = {"Conventions": CONVENTIONS, **said}
-    return written.assign_attrs(said)
+        about = {"Conventions": CONVENTIONS, **about}
+    return written.assign_attrs(about)
 
 
 def run_as_file(dataset: xr.Dataset, history: str) -> xr.Dataset:
@@ -90,7 +90,7 @@ def sweep_as_read(dataset: xr.Dataset) -> xr.Dataset:
     if "nominal_pressure" not in dataset.dims:
         return dataset
     labels = {str(name).removesuffix(LABEL): name for name in dataset.coords if str(name).endswith(LABEL)}
-    read = dataset.swap_dims(nominal_pressure="pressure", **labels)
+    read = dataset.swap_dims({"nominal_pressure": "pressure", **labels})
     return _as_read(read.rename({label: dim for dim, label in labels.items()}), dataset)
 
 
@@ -125,7 +125,7 @@ def _together(dataset: xr.Dataset, name: str) -> xr.Variable:
 class _Stacked(BackendArray):
     """Arrays of one shape side by side along a new last axis, read when used."""
 
-    def __init__(self, parts: Sequence[xr.Variable]):
+    def __init__(self, parts: Sequence[xr.Variable]) -> None:
         self.parts = parts
         self.shape = (*parts[0].shape, len(parts))
         self.dtype = parts[0].dtype

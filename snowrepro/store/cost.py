@@ -3,8 +3,8 @@
 import functools
 from dataclasses import dataclass
 
-from ..config import Config, Outline
 from ..scene.outline import area
+from ..settings.case import Case, Outline
 
 
 @dataclass(frozen=True)
@@ -22,19 +22,19 @@ class Kind:
     work: float
 
 
-def kind_of(config: Config) -> Kind:
+def kind_of(case: Case) -> Kind:
     """The kind of a run."""
-    fidelity, solver = config.fidelity, config.solver
-    particles = _area(config.shape.outline) * fidelity.particles_per_cell / fidelity.dx**2
+    fidelity, solver = case.fidelity, case.solver
+    particles = _area(case.shape.outline) * fidelity.particles_per_cell / fidelity.dx**2
     return Kind(
-        shape=config.shape.name,
-        floor=config.floor.name,
-        sintered=config.sintering.enabled,
-        pressure=config.pressure,
+        shape=case.shape.name,
+        floor=case.floor.name,
+        sintered=case.sintering.enabled,
+        pressure=case.pressure,
         fidelity=fidelity.name,
         solver=f"{solver.transfer} {solver.spline} {solver.precision} {solver.device}",
-        indented=config.indenter is not None,
-        frames=config.frames,
+        indented=case.indenter is not None,
+        frames=case.frames,
         work=particles / fidelity.dx,
     )
 

@@ -41,7 +41,7 @@ def write_json(path: Path, content: Any, durable: bool = True) -> None:
 def sha256(path: Path) -> str:
     """Checksum of a file's content."""
     digest = hashlib.sha256()
-    with open(path, "rb") as file:
+    with path.open("rb") as file:
         while block := file.read(1 << 20):
             digest.update(block)
     return digest.hexdigest()
@@ -73,7 +73,7 @@ def writing(path: Path) -> Iterator[None]:
     try:
         yield
     except (OSError, RuntimeError) as error:  # netCDF4 raises RuntimeError on a full disk
-        home = next((parent for parent in path.parents if parent.exists()), Path("."))
+        home = next((parent for parent in path.parents if parent.exists()), Path())
         free = shutil.disk_usage(home).free
         reason = f"{getattr(error, 'strerror', None) or error} ({free / 1e6:.0f} MB free on its disk)"
         raise StoreError(f"cannot write {path}: {reason}") from error
@@ -89,6 +89,6 @@ def published(path: Path, durable: bool = True) -> Iterator[Path]:
             yield partial
             if durable:
                 flush(partial)
-            os.replace(partial, path)
+            partial.replace(path)
         finally:
             partial.unlink(missing_ok=True)

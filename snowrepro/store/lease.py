@@ -41,7 +41,7 @@ class Holder:
 
 
 def here() -> Holder:
-    """This process."""
+    """The process that asks."""
     return Holder(socket.gethostname(), _place(), os.getpid())
 
 
@@ -50,14 +50,14 @@ def _place() -> str:
     parts = [socket.gethostname()]
     with suppress(OSError):
         parts.append(Path("/proc/sys/kernel/random/boot_id").read_text().strip())
-        parts.append(os.readlink("/proc/self/ns/pid"))
+        parts.append(str(Path("/proc/self/ns/pid").readlink()))
     return " ".join(parts)
 
 
 class Lease:
     """A lease that this process holds; ``lost`` once another process took it over."""
 
-    def __init__(self, path: Path):
+    def __init__(self, path: Path) -> None:
         self.path = path
         self.generation = int(path.name.split(".")[1])
         self._stop = threading.Event()
@@ -95,7 +95,7 @@ def take(folder: Path) -> Lease | None:
     with writing(path):
         folder.mkdir(parents=True, exist_ok=True)
         try:
-            with open(path, "x", encoding="utf-8") as file:
+            with path.open("x", encoding="utf-8") as file:
                 json.dump(vars(here()), file)
         except FileExistsError:
             return None
@@ -124,8 +124,8 @@ def holder(folder: Path) -> Holder | None:
         return None
     if not read:  # just being written
         return Holder("unknown", "", 0)
-    found = Holder(**read)
-    return None if found.place == _place() and not _lives(found.pid) else found
+    holding = Holder(**read)
+    return None if holding.place == _place() and not _lives(holding.pid) else holding
 
 
 def _lives(pid: int) -> bool:
@@ -161,10 +161,10 @@ def held(folder: Path) -> Iterator[Lease]:
 def _newest(folder: Path) -> int:
     """The highest number of a lease in the folder; 0 if there is none."""
     try:
-        found = [_NAME.fullmatch(name) for name in os.listdir(folder)]
+        matches = [_NAME.fullmatch(path.name) for path in folder.iterdir()]
     except OSError:
         return 0
-    return max((int(match[1]) for match in found if match), default=0)
+    return max((int(match[1]) for match in matches if match), default=0)
 
 
 def _now(folder: Path) -> float:

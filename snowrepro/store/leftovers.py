@@ -6,8 +6,9 @@ from collections.abc import Callable, Container, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import lease, manifest, runs, states
+from . import lease, manifest, states
 from .files import read_json, size_of
+from .run import OUTCOME, RESULT, TRASH, WORK, discard
 
 
 @dataclass(frozen=True)
@@ -19,8 +20,8 @@ class Leftover:
 
     def remove(self) -> None:
         """Take it out of the store at once, so that no half of it is ever there, then remove it."""
-        if self.path.is_dir() and self.path.parent.name != runs.TRASH:
-            runs.discard(self.path)
+        if self.path.is_dir() and self.path.parent.name != TRASH:
+            discard(self.path)
         elif self.path.is_dir():
             shutil.rmtree(self.path, ignore_errors=True)
         else:
@@ -34,7 +35,7 @@ def find(kind: str, store: Path, asked_for: Container[str]) -> list[Leftover]:
 
 def _scraps(store: Path, _: Container[str]) -> Iterator[Path]:
     """The trash; work folders of runs that are done; half-written files of processes that are gone."""
-    yield from (store / runs.TRASH).glob("*")
+    yield from (store / TRASH).glob("*")
     for work in _idle(store):
         if (store / work.name).is_dir():
             yield work
@@ -72,13 +73,13 @@ def _launchers(store: Path, _: Container[str]) -> Iterator[Path]:
 def _published(store: Path) -> Iterator[Path]:
     """Folders of results, whole or not."""
     for folder in sorted(store.glob("*")):
-        if not folder.name.startswith(".") and ((folder / runs.RESULT).exists() or manifest.read(folder)):
+        if not folder.name.startswith(".") and ((folder / RESULT).exists() or manifest.read(folder)):
             yield folder
 
 
 def _idle(store: Path) -> Iterator[Path]:
     """Work folders that nobody works in."""
-    for work in sorted((store / runs.WORK).glob("*")):
+    for work in sorted((store / WORK).glob("*")):
         if lease.holder(work) is None:
             yield work
 
@@ -89,7 +90,7 @@ def _without_result(store: Path) -> Iterator[Path]:
 
 
 def _outcome(work: Path) -> str | None:
-    return read_json(work / runs.OUTCOME).get("state")
+    return read_json(work / OUTCOME).get("state")
 
 
 KINDS: dict[str, Callable[[Path, Container[str]], Iterator[Path]]] = {

@@ -3,22 +3,18 @@
 import functools
 import hashlib
 import json
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ..config import Config
+from ..settings.execution import COULD_CHANGE_BITS, Execution
+from ..sources import digests_of
 from .files import read_json, sha256, write_json
 from .provenance import environment, packages
 
 MANIFEST = "manifest.json"
 _encode = json.JSONEncoder(sort_keys=True).encode
-# What turns a configuration into numbers, from the package's folder.
-SOURCES = ("config.py", "simulation.py", "units.py", "mpm/*.py", "physics/*.py", "scene/*.py")
 MOST_FILES = 3  # named of those that changed
-# Settings that do not make another run, and still could change its bits if a promise were broken.
-WAYS = ("threads", "deterministic")
 
 
 def write(folder: Path, names: list[str], content: Mapping[str, Any]) -> None:
@@ -52,48 +48,41 @@ def flaw(folder: Path, manifest: Mapping[str, Any], run_id: str, thorough: bool 
         return f"{MANIFEST} is that of {manifest.get('run_id')}"
     for name, promised in manifest["files"].items():
         try:
-            found = os.stat(folder / name)
+            status = (folder / name).stat()
         except OSError:
             return f"{name} is missing"
-        if found.st_size != promised["bytes"]:
-            return f"{name} has {found.st_size} bytes instead of {promised['bytes']}"
-        unread = not thorough and found.st_mtime_ns == promised["mtime_ns"]
+        if status.st_size != promised["bytes"]:
+            return f"{name} has {status.st_size} bytes instead of {promised['bytes']}"
+        unread = not thorough and status.st_mtime_ns == promised["mtime_ns"]
         if not unread and sha256(folder / name) != promised["sha256"]:
             return f"{name} is not as it was written: its checksum differs"
     return None
 
 
-def stale(manifest: Mapping[str, Any], config: Config) -> dict[str, str]:
+def stale(manifest: Mapping[str, Any], execution: Execution) -> dict[str, str]:
     """By what a result is older than what would make it now: "config", "code" or "environment", and what differs."""
-    before, ways = manifest.get("config", {}), {key: getattr(config, key) for key in WAYS}
+    before, now = manifest.get("config", {}), {key: getattr(execution, key) for key in COULD_CHANGE_BITS}
     kinds = {
-        "config": differences({key: before.get(key) for key in WAYS}, ways),
+        "config": differences({key: before.get(key) for key in COULD_CHANGE_BITS}, now),
         "code": _changed(manifest.get("code", {}), CODE),
         "environment": differences(manifest.get("environment", {}), environment()),
     }
-    return {kind: ", ".join(found) for kind, found in kinds.items() if found}
+    return {kind: ", ".join(changes) for kind, changes in kinds.items() if changes}
 
 
 def differences(before: Mapping[str, Any], now: Mapping[str, Any], under: str = "") -> list[str]:
     """Each value that differs between two nested mappings, as "key before -> now"."""
-    found = []
+    changes = []
     for key in [*before, *(key for key in now if key not in before)]:
         old, new = before.get(key), now.get(key)
         if isinstance(old, Mapping) and isinstance(new, Mapping):
-            found += differences(old, new, f"{under}{key}.")
+            changes += differences(old, new, f"{under}{key}.")
         elif old != new:
-            found.append(f"{under}{key} {_short(old)} -> {_short(new)}")
-    return found
+            changes.append(f"{under}{key} {_short(old)} -> {_short(new)}")
+    return changes
 
 
-def _read_code() -> dict[str, str]:
-    """Each source file that a result depends on, and a digest of its text."""
-    package = Path(__file__).resolve().parents[1]
-    paths = sorted(path for pattern in SOURCES for path in package.glob(pattern))
-    return {path.relative_to(package).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()[:16] for path in paths}
-
-
-CODE = _read_code()  # as this process has loaded it, whatever is written meanwhile
+CODE = digests_of("simulation")  # as this process has loaded it, whatever is written meanwhile
 
 
 @functools.cache
@@ -110,8 +99,8 @@ def _changed(before: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
 
 
 def _describe(path: Path) -> dict[str, Any]:
-    found = path.stat()
-    return {"bytes": found.st_size, "mtime_ns": found.st_mtime_ns, "sha256": sha256(path)}
+    status = path.stat()
+    return {"bytes": status.st_size, "mtime_ns": status.st_mtime_ns, "sha256": sha256(path)}
 
 
 def _checksum(body: Mapping[str, Any]) -> str:

@@ -49,10 +49,11 @@ def command(overrides: Sequence[str] = ()) -> str:
 def packages() -> dict[str, str]:
     """Versions of all packages that snowrepro itself asks for."""
     try:
-        asked = [text for text in requires("snowrepro") or [] if "extra ==" not in text]
+        requirements = [text for text in requires("snowrepro") or [] if "extra ==" not in text]
     except PackageNotFoundError:
-        asked = []
-    return {name: _version(name) for name in sorted(re.match(r"[\w.-]+", text)[0] for text in asked)}
+        requirements = []
+    names = sorted(re.split(r"[^\w.-]", text, maxsplit=1)[0] for text in requirements)
+    return {name: _version(name) for name in names}
 
 
 @functools.cache
@@ -73,10 +74,12 @@ def versions() -> str:
 def peak_memory_mb() -> int:
     """Most memory that this process has used [MB]."""
     try:  # getrusage counts what the parent used before it started this process
-        status = Path("/proc/self/status").read_text()
-        return round(int(re.search(r"VmHWM:\s*(\d+)", status)[1]) * 1024 / 1e6)
-    except (OSError, TypeError):
-        return round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6)  # macOS: in bytes
+        peak = re.search(r"VmHWM:\s*(\d+)", Path("/proc/self/status").read_text(encoding="utf-8"))
+    except OSError:
+        peak = None
+    if peak:
+        return round(int(peak[1]) * 1024 / 1e6)
+    return round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6)  # macOS: in bytes
 
 
 def _version(package: str) -> str:

@@ -1,12 +1,11 @@
 """Where runs stand, read from the disk alone."""
 
-import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ..config import Config
-from . import lease, manifest, runs
+from . import lease, manifest
+from .run import CHECKPOINT, WORK, Run, has_failed_for_good, read_progress
 
 PENDING, RUNNING, DONE, FAILED = "pending", "running", "done", "failed"
 TIMED_OUT, INTERRUPTED, BROKEN = "timed out", "interrupted", "broken"
@@ -30,61 +29,59 @@ class Standing:
 _NEVER = Standing(PENDING, "never run")
 
 
-def standings(configs: Sequence[Config], thorough: bool = False) -> Iterator[Standing]:
+def standings(runs: Iterable[Run], thorough: bool = False) -> Iterator[Standing]:
     """Where each run stands; of runs that left nothing in the store, without a look at the disk.
 
     ``thorough``: read every result, and not just its size and time.
     """
-    listed: dict[str, tuple[frozenset[str], frozenset[str]]] = {}
-    for config in configs:
-        if config.store not in listed:
-            store = Path(config.store)
-            listed[config.store] = _names(store), _names(store / runs.WORK)
-        published, worked_on = listed[config.store]
-        name = runs.identify(config)
-        if name in published or name in worked_on:
-            yield standing(config, thorough)
+    listed: dict[Path, tuple[frozenset[str], frozenset[str]]] = {}
+    for run in runs:
+        store = run.store
+        if store not in listed:
+            listed[store] = _names(store), _names(store / WORK)
+        published, worked_on = listed[store]
+        if run.id in published or run.id in worked_on:
+            yield standing(run, thorough)
         else:
             yield _NEVER
 
 
-def standing(config: Config, thorough: bool = False) -> Standing:
+def standing(run: Run, thorough: bool = False) -> Standing:
     """Where one run stands."""
-    folder, work = runs.run_dir(config), runs.work_dir(config)
-    holder = lease.holder(work)
-    written = manifest.read(folder)
-    flaw = manifest.flaw(folder, written, folder.name, thorough) if folder.is_dir() else ""
+    holder = lease.holder(run.work)
+    written = run.manifest()
+    flaw = manifest.flaw(run.folder, written, run.id, thorough) if run.folder.is_dir() else ""
     if flaw is None:
-        stale = manifest.stale(written, config)
+        stale = manifest.stale(written, run.config.execution)
         redone = f"; {holder} makes it anew" if holder else ""
         return Standing(DONE, f"made {written.get('created', 'some time ago')}{redone}", stale)
     if holder:
-        said = runs.progress(work)
-        frame = f", frame {said['frame']} of {said['frames']}" if said else ""
+        progress = read_progress(run.work)
+        frame = f", frame {progress['frame']} of {progress['frames']}" if progress else ""
         return Standing(RUNNING, f"{holder}{frame}")
     if flaw:
         return Standing(BROKEN, flaw)
-    return _ended(config, work)
+    return _ended(run)
 
 
-def _ended(config: Config, work: Path) -> Standing:
+def _ended(run: Run) -> Standing:
     """Where a run stands that nobody works on and that has no result."""
-    said, died = runs.outcome(config), lease.dead_holder(work)
-    if died:  # after whatever was said
-        return Standing(INTERRUPTED, f"{died} died{_kept(work)}")
-    if not said:
-        return Standing(INTERRUPTED, f"stopped{_kept(work)}") if work.is_dir() else _NEVER
-    final = runs.has_failed_for_good(said)
-    kept = "" if said["state"] == FAILED else _kept(work)
-    return Standing(said["state"], f"{said['message']}{kept}", final=final)
+    outcome, died = run.outcome(), lease.dead_holder(run.work)
+    if died:  # after whatever was recorded
+        return Standing(INTERRUPTED, f"{died} died{_checkpoint_of(run)}")
+    if not outcome:
+        return Standing(INTERRUPTED, f"stopped{_checkpoint_of(run)}") if run.work.is_dir() else _NEVER
+    checkpoint = "" if outcome["state"] == FAILED else _checkpoint_of(run)
+    return Standing(outcome["state"], f"{outcome['message']}{checkpoint}", final=has_failed_for_good(outcome))
 
 
-def _kept(work: Path) -> str:
-    return ", kept a checkpoint" if (work / runs.CHECKPOINT).exists() else ""
+def _checkpoint_of(run: Run) -> str:
+    """Whether there is a checkpoint, in words behind others."""
+    return ", kept a checkpoint" if (run.work / CHECKPOINT).exists() else ""
 
 
 def _names(folder: Path) -> frozenset[str]:
     try:
-        return frozenset(os.listdir(folder))
+        return frozenset(path.name for path in folder.iterdir())
     except OSError:
         return frozenset()

@@ -40,12 +40,12 @@ def write_script(path: Path, plan: Plan, todo: Todo, most_tasks: int) -> None:
         raise ConfigError(f"tasks: should be at least 1 (got {most_tasks})")
     if not todo.to_run:
         raise ConfigError("nothing is to be run: no script was written")
-    parts = min(len(plan.runs), most_tasks)
-    place = {id(planned): index % parts + 1 for index, planned in enumerate(plan.runs)}
+    parts = min(len(plan.planned), most_tasks)
+    place = {id(planned): index % parts + 1 for index, planned in enumerate(plan.planned)}
     tasks: dict[int, list] = {}
     for decision in todo.to_run:
-        tasks.setdefault(place[id(decision.planned)], []).append(decision.planned.config)
-    store = plan.configs[0].store
+        tasks.setdefault(place[id(decision.planned)], []).append(decision.planned.run.case)
+    store = plan.runs[0].store
     longest = max(tasks.values(), key=len)
     folder = record.write(plan)
     words = [*plan.overrides, "hydra.launcher.workers=1"]
@@ -56,7 +56,7 @@ def write_script(path: Path, plan: Plan, todo: Todo, most_tasks: int) -> None:
         tasks=len(tasks),
         path=path,
         array=ranges(sorted(tasks)),
-        memory=round(estimate((d.planned.config for d in todo.to_run), store).memory_mb + MEMORY_SLACK_MB),
+        memory=round(estimate((d.planned.run.case for d in todo.to_run), store).memory_mb + MEMORY_SLACK_MB),
         minutes=max(LEAST_MINUTES, round(SLACK * estimate(longest, store).seconds / 60)),
         log=shlex.quote(str((folder / "slurm-%a.log").resolve())),
         folder=shlex.quote(str(Path.cwd())),
@@ -70,10 +70,10 @@ def write_script(path: Path, plan: Plan, todo: Todo, most_tasks: int) -> None:
 
 def ranges(numbers: list[int]) -> str:
     """Rising numbers as Slurm writes them: 1-3,7."""
-    found: list[list[int]] = []
+    spans: list[list[int]] = []
     for number in numbers:
-        if found and number == found[-1][1] + 1:
-            found[-1][1] = number
+        if spans and number == spans[-1][1] + 1:
+            spans[-1][1] = number
         else:
-            found.append([number, number])
-    return ",".join(f"{first}-{last}" if last > first else str(first) for first, last in found)
+            spans.append([number, number])
+    return ",".join(f"{first}-{last}" if last > first else str(first) for first, last in spans)

@@ -19,18 +19,24 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from hydra._internal.config_repository import CachingConfigRepository
-from hydra._internal.core_plugins.basic_sweeper import BasicSweeper
-from hydra.core.default_element import ConfigDefault
-from hydra.core.override_parser.overrides_parser import OverridesParser
-from hydra.core.override_parser.types import Override, OverrideType, Transformer
 from hydra.errors import HydraException
-from omegaconf import OmegaConf
 from pydantic import ValidationError
 
-from ..composition import compose_raw, option_files, validate
-from ..config import Config, Section
+from ..composition.compose import compose_raw, option_files, plain_settings, validate
+from ..composition.drawings import with_outline_read
+from ..composition.hydra_private import (
+    CachingConfigRepository,
+    ConfigDefault,
+    Override,
+    OverridesParser,
+    OverrideType,
+    as_text,
+    jobs_of,
+)
 from ..errors import ConfigError
+from ..settings.config import PARTS, Config
+from ..settings.section import Section
+from ..store.run import Run
 
 Job = tuple[int, ...]  # which of its values each axis has
 
@@ -39,7 +45,7 @@ Job = tuple[int, ...]  # which of its values each axis has
 class Planned:
     """A run of a sweep, and the overrides that Hydra's sweeper would give to a launcher for it."""
 
-    config: Config
+    run: Run
     overrides: tuple[str, ...]
 
 
@@ -54,6 +60,11 @@ class Axis:
     name: str
     overrides: tuple[str, ...]
     values: tuple[Any, ...] | None
+
+    def value(self, index: int) -> Any:
+        """What Hydra reads in one of the overrides; only of an axis that has ``values``."""
+        assert self.values is not None
+        return self.values[index]
 
 
 def enumerate_runs(overrides: Sequence[Override], part: tuple[int, int] = (1, 1)) -> tuple[Planned, ...]:
@@ -71,17 +82,19 @@ def enumerate_runs(overrides: Sequence[Override], part: tuple[int, int] = (1, 1)
     jobs = itertools.product(*(range(len(axis.overrides)) for axis in axes))
     chosen = itertools.islice(jobs, part[0] - 1, None, part[1])
     assembly = _Assembly(axes, always)
-    return tuple([Planned(assembly.config(job), assembly.overrides(job)) for job in chosen])
+    return tuple([Planned(Run(assembly.config(job)), assembly.overrides(job)) for job in chosen])
 
 
 def _axis(override: Override) -> Axis:
     """The overrides that a sweep makes of one.  Raises ConfigError if it makes none."""
     try:
         if override.is_discrete_sweep():
-            values = list(override.sweep_iterator())  # once: a shuffled sweep comes in another order each time
-            texts = [f"{override.get_key_element()}={Transformer.str(value)}" for value in values]
+            values: list[Any] = list(
+                override.sweep_iterator()
+            )  # once: a shuffled sweep comes in another order each time
+            texts = [f"{override.get_key_element()}={as_text(value)}" for value in values]
         else:
-            [[texts]] = BasicSweeper.split_arguments([override], None)
+            (texts,) = jobs_of([override])
             values = [override.value()]
         plain = _plain_values(override, values, texts)
     except HydraException as error:
@@ -126,11 +139,11 @@ class _Roles:
 
     def sections(self) -> dict[str, list[int]]:
         """The sections that vary, and the axes that they vary with."""
-        found = {name: [i] for name, i in self.options.items()}
+        axes = {name: [i] for name, i in self.options.items()}
         for i, (name, *inner) in self.leaves.items():
             if inner:
-                found.setdefault(name, []).append(i)
-        return found
+                axes.setdefault(name, []).append(i)
+        return axes
 
 
 def _roles(axes: Sequence[Axis], job: Job, settings: Mapping[str, Any], files: CachingConfigRepository) -> _Roles:
@@ -142,7 +155,7 @@ def _roles(axes: Sequence[Axis], job: Job, settings: Mapping[str, Any], files: C
         if axes[i].values is not None and not files.group_exists(axes[i].name) and not _is_set_twice(i, axes, files)
     }
     references = list(_references(settings))
-    leaves = {i: path for i, path in leaves.items() if _is_leaf(path, axes[i].values[job[i]], settings, references)}
+    leaves = {i: path for i, path in leaves.items() if _is_leaf(path, axes[i].value(job[i]), settings, references)}
     options: dict[str, int] = {}
     if not references and not _defaults_vary(files):
         options = {axes[i].name: i for i in several if _is_confined(axes[i], settings, files)}
@@ -196,15 +209,15 @@ def _is_confined(axis: Axis, settings: Mapping[str, Any], files: CachingConfigRe
 
 def _fills_its_section(files: CachingConfigRepository, group: str, option: str) -> bool:
     """Whether an option goes where its group does, and builds on nothing but options of the same kind."""
-    found = files.load_config(f"{group}/{option}") if "/" not in option else None
+    content = files.load_config(f"{group}/{option}") if "/" not in option else None
     return (
-        found is not None
-        and found.header["package"] is None
+        content is not None
+        and content.header["package"] is None
         and all(
             isinstance(default, ConfigDefault)
             and default.package is None
             and (default.path == "_self_" or _fills_its_section(files, group, str(default.path)))
-            for default in found.defaults_list or ()
+            for default in content.defaults_list or ()
         )
     )
 
@@ -242,8 +255,8 @@ def _references(settings: Any) -> Iterator[str]:
 class _Structure:
     """What the runs of one combination of structural values are made of."""
 
+    first: Config
     values: dict[str, Any]  # of the first one, by name: validated sections, and the settings beside them
-    given: set[str]
     settings: dict[tuple[str, int | None], dict[str, Any]] = field(default_factory=dict)  # of sections by option
     sections: dict[tuple, Section] = field(default_factory=dict)  # validated, by name and the axes' values
 
@@ -251,9 +264,10 @@ class _Structure:
 class _Assembly:
     """Makes the runs of a sweep from a few that are composed."""
 
-    def __init__(self, axes: Sequence[Axis], always: Sequence[str]):
+    def __init__(self, axes: Sequence[Axis], always: Sequence[str]) -> None:
         self.axes, self.always = axes, always
-        self.roles: _Roles | None = None  # as the first run shows them
+        self.roles = _Roles({}, {}, ())  # as the first run shows them
+        self.is_composed = False
         self.sections: dict[str, list[int]] = {}
         self.structures: dict[Job, _Structure] = {}
 
@@ -263,10 +277,10 @@ class _Assembly:
 
     def config(self, job: Job) -> Config:
         """A job's run, validated.  Raises ConfigError."""
-        structure = self.structures.get(self._structure_of(job)) if self.roles else None
+        structure = self.structures.get(self._structure_of(job)) if self.is_composed else None
         if structure:
             # Where a section is not known, or something is wrong: what is wrong is best said of the whole.
-            with suppress(KeyError, ValidationError):
+            with suppress(KeyError, ValidationError, ConfigError):
                 return self._assemble(structure, job)
         return self._compose(job)
 
@@ -281,16 +295,16 @@ class _Assembly:
         """Have Hydra compose a job, and keep what other jobs can be made of."""
         raw = compose_raw([*self.always, *self.overrides(job)])
         config = validate(raw)
-        settings = OmegaConf.to_container(raw, resolve=False)
-        if self.roles is None:
+        settings = plain_settings(raw, resolve=False)
+        if not self.is_composed:
+            self.is_composed = True
             self.roles = _roles(self.axes, job, settings, option_files(self.always))
             self.sections = self.roles.sections()
         if self._is_as_expected(job, settings):
-            resolved = OmegaConf.to_container(raw, resolve=True)
-            sections = {name: value for name, value in dict(config).items() if isinstance(value, Section)}
-            new = _Structure(
-                {**resolved, **{name: sections[name] for name in resolved if name in sections}}, config.model_fields_set
-            )
+            resolved = plain_settings(raw)
+            known = {name: value for part in PARTS for name, value in getattr(config, part)}
+            sections = {name: known[name] for name in resolved if isinstance(known.get(name), Section)}
+            new = _Structure(config, {**resolved, **sections})
             structure = self.structures.setdefault(self._structure_of(job), new)
             structure.settings |= {(name, self._option(name, job)): resolved[name] for name in self.sections}
         return config
@@ -299,32 +313,42 @@ class _Assembly:
         """Whether the axes do in a composed job what they did in the first."""
         references = list(_references(settings))
         return not (references and self.roles.options) and all(
-            _is_leaf(path, self.axes[i].values[job[i]], settings, references) for i, path in self.roles.leaves.items()
+            _is_leaf(path, self.axes[i].value(job[i]), settings, references) for i, path in self.roles.leaves.items()
         )
 
     def _assemble(self, structure: _Structure, job: Job) -> Config:
         """A job made of what is known.  Raises KeyError where a section is not, and ValidationError."""
-        values = structure.values.copy()
+        changed = {}
         for name, axes in self.sections.items():
             key = (name, *[job[i] for i in axes])
             if key not in structure.sections:
                 structure.sections[key] = self._section(structure, name, job)
-            values[name] = structure.sections[key]
+            changed[name] = structure.sections[key]
         for i, path in self.roles.leaves.items():
             if len(path) == 1:
-                values[path[0]] = self.axes[i].values[job[i]]
-        config = Config.model_validate(values)
-        # The names that were given are the same in all; a set of them takes more memory than all else of a run.
-        object.__setattr__(config, "__pydantic_fields_set__", structure.given)
-        return config
+                changed[path[0]] = self.axes[i].value(job[i])
+        return Config.model_validate({name: _part(structure, name, changed) for name in PARTS})
 
     def _section(self, structure: _Structure, name: str, job: Job) -> Section:
         """A section that varies, as it is in a job.  Raises KeyError if it is not known, and ValidationError."""
         settings = structure.settings[name, self._option(name, job)]
         for i, path in self.roles.leaves.items():
             if path[0] == name:
-                settings = _put(settings, path[1:], self.axes[i].values[job[i]])
-        return type(structure.values[name]).model_validate(settings)
+                settings = _put(settings, path[1:], self.axes[i].value(job[i]))
+        return type(structure.values[name]).model_validate(with_outline_read(name, settings))
+
+
+def _part(structure: _Structure, name: str, changed: Mapping[str, Any]) -> Section:
+    """One part of a configuration with what is changed of it; without changes, the same one for all runs."""
+    first = getattr(structure.first, name)
+    kind = type(first)
+    if not changed.keys() & kind.model_fields.keys():
+        return first
+    values = {**structure.values, **changed}
+    part = kind.model_validate({key: values[key] for key in kind.model_fields if key in values})
+    # The names that were given are the same in all; a set of them takes more memory than all else of a run.
+    object.__setattr__(part, "__pydantic_fields_set__", first.model_fields_set)
+    return part
 
 
 def _put(settings: dict[str, Any], path: Sequence[str], value: Any) -> dict[str, Any]:

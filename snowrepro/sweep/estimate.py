@@ -9,7 +9,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from ..config import Config
+from ..settings.case import Case
 from ..store import manifest
 from ..store.cost import Kind, kind_of
 from ..store.provenance import environment
@@ -42,9 +42,9 @@ class Estimate:
     measured: int
 
 
-def estimate(configs: Iterable[Config], store: str | Path) -> Estimate:
+def estimate(cases: Iterable[Case], store: str | Path) -> Estimate:
     """What runs will take, all in all, and at most in memory."""
-    kinds = Counter(map(kind_of, configs))
+    kinds = Counter(map(kind_of, cases))
     measured = measured_in(store)
     seconds, memory_mb = 0.0, GUESS_MEMORY_MB
     for kind, count in kinds.items():
@@ -60,10 +60,10 @@ def measured_in(store: str | Path) -> list[Measured]:
     """What the newest finished runs of a store took; on this kind of processor, if there are any such."""
     try:
         with os.scandir(store) as entries:
-            found = [(entry.stat().st_mtime, entry.path) for entry in entries if not entry.name.startswith(".")]
+            folders = [(entry.stat().st_mtime, entry.path) for entry in entries if not entry.name.startswith(".")]
     except OSError:
         return []
-    newest = sorted(found, reverse=True)[:MOST_MEASURED]
+    newest = sorted(folders, reverse=True)[:MOST_MEASURED]
     written = [content for _, path in newest if (content := manifest.read(Path(path))).get("seconds_per_frame")]
     here = [c for c in written if c.get("environment", {}).get("processor") == environment()["processor"]]
     return [_measured(content) for content in here or written]

@@ -1,14 +1,13 @@
 """Why a run is done, stale, failed or not run, in words; its log below."""
 
-import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from ..composition import config_from
-from ..config import Config
+from ..composition.compose import config_from
 from ..errors import ConfigError
-from ..store import lease, manifest, runs, states
+from ..store import lease, manifest, states
 from ..store.files import read_json
+from ..store.run import CONFIG, LOG, WORK, Run
 from . import record
 
 LOG_LINES = 15
@@ -17,22 +16,21 @@ MOST_NAMED = 10
 
 def explain(name: str, store: str | Path) -> list[str]:
     """Lines on the run whose id is, begins with or ends in ``name``.  Raises ConfigError if it is none or several."""
-    config = config_of_run(name, store)
-    folder, work = runs.run_dir(config), runs.work_dir(config)
-    found = states.standing(config, thorough=True)
-    lines = [f"{runs.identify(config)}: {found.state}", f"  {found.reason}"]
-    if found.state == states.DONE:
-        lines += _made(manifest.read(folder))
-        lines += [f"  stale by {kind}: {what}; rerun=[{kind}] runs it again" for kind, what in found.stale.items()]
-    if found.final:
+    run = run_named(name, store)
+    standing = states.standing(run, thorough=True)
+    lines = [f"{run.id}: {standing.state}", f"  {standing.reason}"]
+    if standing.state == states.DONE:
+        lines += _made(run.manifest())
+        lines += [f"  stale by {kind}: {what}; rerun=[{kind}] runs it again" for kind, what in standing.stale.items()]
+    if standing.final:
         lines.append("  not run again: this code would fail again; 'snowrepro retry' tries all the same")
-    if found.state in (states.BROKEN, states.FAILED, states.TIMED_OUT, states.INTERRUPTED) and not found.final:
+    if standing.state in (states.BROKEN, states.FAILED, states.TIMED_OUT, states.INTERRUPTED) and not standing.final:
         lines.append("  the next 'snowrepro run' of it runs it again")
-    died = lease.dead_holder(work)
+    died = lease.dead_holder(run.work)
     lines += [f"  last worked on by {died}, which died"] if died else []
-    asking = [name for name in record.names(store) if folder.name in record.read(name, store).cells.values()]
+    asking = [name for name in record.names(store) if run.id in record.read(name, store).cells.values()]
     lines.append(f"  asked for by: {', '.join(asking) or 'no sweep that the store remembers'}")
-    for log in (folder / runs.LOG, work / runs.LOG):
+    for log in (run.folder / LOG, run.work / LOG):
         if log.exists():
             lines += [f"  {log}:", *(f"    {line}" for line in log.read_text("utf-8").splitlines()[-LOG_LINES:])]
     return lines
@@ -49,18 +47,17 @@ def id_of_run(name: str, store: str | Path) -> str:
     return known[0]
 
 
-def config_of_run(name: str, store: str | Path) -> Config:
-    """The configuration of a run that the store holds, works on, or was asked for.  Raises ConfigError."""
+def run_named(name: str, store: str | Path) -> Run:
+    """The run that the store holds, works on, or was asked for by a name: see ``id_of_run``.  Raises ConfigError."""
     run_id = id_of_run(name, store)
-    plain = manifest.read(Path(store) / run_id).get("config") or read_json(
-        Path(store) / runs.WORK / run_id / runs.CONFIG
-    )
+    work = Path(store) / WORK / run_id
+    plain = manifest.read(Path(store) / run_id).get("config") or read_json(work / CONFIG)
     if plain:
-        return config_from({**plain, "store": str(store)})
+        return Run(config_from({**plain, "store": str(store)}))
     sweep = next(name for name in record.names(store) if run_id in record.read(name, store).cells.values())
-    for config in record.plan_of(sweep, store).configs:
-        if runs.identify(config) == run_id:
-            return config
+    for run in record.plan_of(sweep, store).runs:
+        if run.id == run_id:
+            return run
     raise ConfigError(f"'{run_id}' was asked for by the sweep '{sweep}', which has other runs now")
 
 
@@ -73,8 +70,8 @@ def _made(written: dict) -> Iterator[str]:
 
 def _known(store: Path) -> set[str]:
     """Ids of all runs that a store holds, works on, or was asked for."""
-    found = {run_id for name in record.names(store) for run_id in record.read(name, store).cells.values()}
-    for folder in (store, store / runs.WORK):
+    ids = {run_id for name in record.names(store) for run_id in record.read(name, store).cells.values()}
+    for folder in (store, store / WORK):
         if folder.is_dir():
-            found.update(name for name in os.listdir(folder) if (folder / name).is_dir() and not name.startswith("."))
-    return found - {record.SWEEPS}
+            ids.update(path.name for path in folder.iterdir() if path.is_dir() and not path.name.startswith("."))
+    return ids - {record.SWEEPS}

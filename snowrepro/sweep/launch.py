@@ -8,15 +8,14 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from hydra import initialize_config_dir
-from hydra._internal.callbacks import Callbacks
-from hydra.core.global_hydra import GlobalHydra
 from hydra.core.plugins import Plugins
 from hydra.types import HydraContext, RunMode
 from omegaconf import DictConfig, OmegaConf, open_dict
 
-from ..composition import CONF_DIR, own_options, quiet_about_schemas
+from ..composition import hydra_private
+from ..composition.compose import CONF_DIR, own_options, quiet_about_schemas
 from ..errors import ConfigError, RunsFailed
-from ..run import run_raw
+from ..run import do_job
 from .plan import Plan, Planned
 from .record import store_override
 from .table import watching
@@ -31,27 +30,29 @@ def launch(plan: Plan, chosen: Sequence[Planned], memory_mb: float) -> None:
     What becomes of them the store says: what a launcher returns of jobs that failed is not trusted.  Raises
     ConfigError where its plug-in is not installed, RunsFailed where the launcher itself fails.
     """
-    store = Path(plan.configs[0].store).resolve()
+    store = plan.runs[0].store.resolve()
     jobs = [_with_store(planned.overrides, store) for planned in chosen]
-    GlobalHydra.instance().clear()
+    hydra_private.forget_hydra()
     with initialize_config_dir(version_base="1.3", config_dir=str(CONF_DIR), job_name="snowrepro"):
-        hydra = GlobalHydra.instance().hydra
-        assert hydra is not None
+        hydra = hydra_private.initialised_hydra()
         overrides = [*plan.overrides, *own_options()]
         with quiet_about_schemas():
             config = hydra.compose_config("config", overrides, RunMode.MULTIRUN, with_log_configuration=False)
         _require_plugin(config)
-        _say_memory(config, memory_mb)
-        context = HydraContext(config_loader=hydra.config_loader, callbacks=Callbacks(config))
+        _set_memory(config, memory_mb)
+        context = hydra_private.context_of(hydra, config)
         is_local = config.hydra.launcher._target_.endswith("LocalLauncher")  # which shows its jobs itself
-        with _noise_into(store / LOG), contextlib.nullcontext() if is_local else watching([p.config for p in chosen]):
+        with (
+            _noise_into(store / LOG),
+            contextlib.nullcontext() if is_local else watching([planned.run for planned in chosen]),
+        ):
             _launch(jobs, context, config, store / LOG)
 
 
 def _launch(jobs: Sequence[Sequence[str]], context: HydraContext, config: DictConfig, log: Path) -> None:
     """Have Hydra's launcher run the jobs.  Raises RunsFailed."""
     try:
-        launcher = Plugins.instance().instantiate_launcher(hydra_context=context, task_function=run_raw, config=config)
+        launcher = Plugins.instance().instantiate_launcher(hydra_context=context, task_function=do_job, config=config)
         size = OmegaConf.select(config, "hydra.sweeper.max_batch_size") or len(jobs)
         for first in range(0, len(jobs), size):
             launcher.launch(jobs[first : first + size], initial_job_idx=first)
@@ -75,7 +76,7 @@ def _require_plugin(config: DictConfig) -> None:
             raise ConfigError(f"this launcher is not installed: pip install 'snowrepro[{extra}]'")
 
 
-def _say_memory(config: DictConfig, memory_mb: float) -> None:
+def _set_memory(config: DictConfig, memory_mb: float) -> None:
     """Tell a launcher that wants to know, and was not told by the user."""
     if "memory_gb" in config.hydra.launcher and config.hydra.launcher.memory_gb is None:
         with open_dict(config):
@@ -86,7 +87,7 @@ def _say_memory(config: DictConfig, memory_mb: float) -> None:
 def _noise_into(log: Path) -> Iterator[None]:
     """What libraries print goes into a file, for the table and the store tell it better."""
     with (
-        open(log, "a", encoding="utf-8") as noise,
+        log.open("a", encoding="utf-8") as noise,
         contextlib.redirect_stderr(noise),
         contextlib.redirect_stdout(noise),
     ):

@@ -5,14 +5,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from hydra.core.override_parser.overrides_parser import OverridesParser
-from hydra.core.override_parser.types import Override
 from hydra.errors import OverrideParseException
 from hydra.types import RunMode
 
-from ..composition import compose, compose_raw, config_loader
-from ..config import Config
+from ..composition.compose import compose, compose_raw, config_loader
+from ..composition.experiments import variants_of
+from ..composition.hydra_private import Override, OverridesParser
 from ..errors import ConfigError
+from ..settings.question import Experiment
+from ..store.run import Run
 from .enumeration import Planned, enumerate_runs
 
 MOST_SEEDS = 100
@@ -22,20 +23,19 @@ MOST_SEEDS = 100
 class Plan:
     """The runs of one command, or a part of them.  ``overrides`` are Hydra's, for the whole sweep."""
 
-    runs: tuple[Planned, ...]
+    planned: tuple[Planned, ...]
     is_sweep: bool
     overrides: tuple[str, ...]
 
     @cached_property
-    def configs(self) -> tuple[Config, ...]:
-        """The runs' configurations."""
-        return tuple([run.config for run in self.runs])
+    def runs(self) -> tuple[Run, ...]:
+        """The runs, in order."""
+        return tuple([planned.run for planned in self.planned])
 
     @property
-    def needs_runs(self) -> bool:
-        """Whether anything is to be simulated."""
-        experiment = self.runs[0].config.experiment if self.runs else None
-        return bool(self.runs) and (experiment is None or experiment.needs_runs)
+    def experiment(self) -> Experiment | None:
+        """The experiment that the runs are for."""
+        return self.runs[0].config.question.experiment if self.runs else None
 
 
 def make_plan(overrides: Sequence[str], multirun: bool, part: tuple[int, int] | None = None) -> Plan:
@@ -46,24 +46,25 @@ def make_plan(overrides: Sequence[str], multirun: bool, part: tuple[int, int] | 
     """
     first, step = part or (1, 1)
     parsed = _parse(overrides)
-    fixed = [o.input_line for o in parsed if not o.is_sweep_override()]
-    swept = [o.input_line for o in parsed if o.is_sweep_override()]
+    fixed = [str(o.input_line) for o in parsed if not o.is_sweep_override()]
+    swept = [str(o.input_line) for o in parsed if o.is_sweep_override()]
     hydra = compose_raw(fixed, hydra_node=True).hydra
     is_sweep = multirun or hydra.mode == RunMode.MULTIRUN
     if swept and not is_sweep:
         raise ConfigError(f"{', '.join(swept)} names several runs: add -m to run them all")
     if not is_sweep:
-        runs = (Planned(compose(fixed), tuple(fixed)),)
-        return Plan(runs[first - 1 :: step], False, tuple(overrides))
+        planned = (Planned(Run(compose(fixed)), tuple(fixed)),)
+        return Plan(planned[first - 1 :: step], False, tuple(overrides))
     # The sweeper reads its parameters first, then the command line, which wins.
-    params = [f"{key}={value}" for key, value in (hydra.sweeper.params or {}).items()]
+    axes = {**_every_variant(overrides), **(hydra.sweeper.params or {})}
+    params = [f"{key}={value}" for key, value in axes.items()]
     return Plan(enumerate_runs(_parse([*params, *overrides]), (first, step)), True, tuple(overrides))
 
 
 def read_part(text: str) -> tuple[int, int]:
     """Which part of a sweep a text such as 2/10 means.  Raises ConfigError."""
-    found = re.fullmatch(r"([0-9]{1,9})/([0-9]{1,9})", text)
-    part = (int(found[1]), int(found[2])) if found else (0, 0)
+    match = re.fullmatch(r"([0-9]{1,9})/([0-9]{1,9})", text)
+    part = (int(match[1]), int(match[2])) if match else (0, 0)
     if not 1 <= part[0] <= part[1]:
         raise ConfigError(f"part: should be I/N with 1 <= I <= N (got {text})")
     return part
@@ -101,33 +102,35 @@ def with_seeds(overrides: Sequence[str], seeds: int) -> list[str]:
 def make_claims_plan(overrides: Sequence[str], seeds: int) -> Plan:
     """The runs of an experiment with seeds 0 to ``seeds`` - 1.
 
-    Raises ConfigError also where there is no one experiment with runs, the overrides choose seeds of their
-    own, or two runs differ in more than what a claim tells apart: scene, sintering, pressure and seed.
+    Raises ConfigError also where there is no one experiment, the overrides choose seeds of their own, or two runs
+    differ in more than what a claim tells apart: scene, sintering, pressure and seed.
     """
     plan = make_plan(with_seeds(overrides, seeds), multirun=True)
-    experiments = {config.experiment for config in plan.configs}
+    experiments = {run.config.question.experiment and run.config.question.experiment.name for run in plan.runs}
     if len(experiments) > 1 or None in experiments:
         raise ConfigError("claims are judged by the runs of one experiment, for example experiment=fig5")
-    (experiment,) = experiments
-    if not experiment.is_judged:
-        raise ConfigError(f"claims are not judged by '{experiment.name}', but by a strip or grid, such as fig5")
     _require_one_run_a_cell(plan)
     return plan
 
 
 def _require_one_run_a_cell(plan: Plan) -> None:
     """A claim cannot choose between variants of a run."""
-    found: dict[tuple, Config] = {}
-    for config in plan.configs:
-        cell = (config.shape.name, config.floor.name, config.sintering.enabled, config.pressure, config.seed)
-        if cell in found:
-            shape, floor, sintered, pressure, seed = cell
-            arm = "sintered" if sintered else "unsintered"
+    known = set()
+    for case in (run.case for run in plan.runs):
+        cell = (case.shape.name, case.floor.name, case.arm, case.pressure, case.seed)
+        if cell in known:
             raise ConfigError(
-                f"two of the runs are {shape} on {floor}, {arm}, pressure {pressure:g}, seed {seed}: "
-                f"claims need one of each, so choose one of what else the runs differ in"
+                f"two of the runs are {case.shape.name} on {case.floor.name}, {case.arm}, pressure "
+                f"{case.pressure:g}, seed {case.seed}: claims need one of each, so choose one of what else the runs "
+                "differ in"
             )
-        found[cell] = config
+        known.add(cell)
+
+
+def _every_variant(overrides: Sequence[str]) -> dict[str, str]:
+    """The axis over the variants of the experiment among ``overrides``; empty if it has none."""
+    names = variants_of(overrides)
+    return {"variant": ",".join(names)} if names else {}
 
 
 def _parse(overrides: Sequence[str]) -> list[Override]:

@@ -27,16 +27,18 @@ import psutil
 POLL_SECONDS = 0.05
 ELSEWHERE_SECONDS = 1.0  # between two looks at what another process works on
 GRACE_SECONDS = 10.0  # between asking a process to end and killing it
-PRELOADED = ["snowrepro.run", "snowrepro.sweep.processes", "hydra.core.utils"]
-ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
+PRELOADED = ["snowrepro.run", "snowrepro.simulation", "snowrepro.sweep.processes", "hydra.core.utils"]
+ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
 WAITING, RUNNING, DONE, FAILED, TIMED_OUT = "waiting", "running", "done", "failed", "timed out"
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What a job may take.  ``workers``: jobs at a time; ``seconds``: of a job, 0 for no limit; ``retries``: after
-    crashes."""
+    """What a job may take.
+
+    ``workers``: jobs at a time; ``seconds``: of a job, 0 for no limit; ``retries``: after crashes.
+    """
 
     workers: int
     seconds: float = 0.0
@@ -67,12 +69,12 @@ class Job:
 
 @dataclass
 class _Running:
-    """A job's process, the file of its answer, and when it was asked to end."""
+    """A job's process, the file of its answer, and when it was told to end."""
 
     job: Job
     process: BaseProcess
     answer: Path
-    asked: float | None = None
+    terminated_at: float | None = None
 
 
 class Lost(RuntimeError):
@@ -147,10 +149,10 @@ def _has_ended(entry: _Running, limits: Limits) -> bool:
     """Whether a process is gone; takes over its answer, and ends it where its time is up."""
     job, now = entry.job, time.monotonic()
     if entry.process.is_alive():
-        if entry.asked is None and limits.seconds and now - job.started > limits.seconds:
-            entry.asked = now
+        if entry.terminated_at is None and limits.seconds and now - job.started > limits.seconds:
+            entry.terminated_at = now
             entry.process.terminate()
-        elif entry.asked is not None and now - entry.asked > GRACE_SECONDS:
+        elif entry.terminated_at is not None and now - entry.terminated_at > GRACE_SECONDS:
             entry.process.kill()
         return False
     entry.process.join()
@@ -160,12 +162,12 @@ def _has_ended(entry: _Running, limits: Limits) -> bool:
         job.state = FAILED if isinstance(job.result, BaseException) else DONE
         job.payload = b""
     except Exception:  # whatever it was that the answer could not be read for
-        if entry.asked is None and job.tries <= limits.retries:
+        if entry.terminated_at is None and job.tries <= limits.retries:
             job.state = WAITING
             return True
-        job.state = FAILED if entry.asked is None else TIMED_OUT
+        job.state = FAILED if entry.terminated_at is None else TIMED_OUT
         ended = f"the process ended with {_code(entry.process.exitcode)} and no result"
-        message = ended if entry.asked is None else f"stopped after {limits.seconds:g} s, its time limit"
+        message = ended if entry.terminated_at is None else f"stopped after {limits.seconds:g} s, its time limit"
         job.result = Lost(message)
         job.on_loss(job.state, message)
     return True
@@ -199,13 +201,13 @@ def _context() -> Any:
 @contextmanager
 def _one_thread() -> Iterator[None]:
     """The server's libraries start no threads of their own."""
-    kept = {name: os.environ.get(name) for name in ONE_THREAD}
+    before = {name: os.environ.get(name) for name in ONE_THREAD}
     os.environ.update({name: value for name, value in ONE_THREAD.items() if name not in os.environ})
     try:
         forkserver.ensure_running()
         yield
     finally:
-        for name, value in kept.items():
+        for name, value in before.items():
             if value is None:
                 del os.environ[name]
 
@@ -225,7 +227,7 @@ def _child(payload: bytes, answer: str, environment: dict[str, str]) -> None:
         result = error
     partial = Path(answer + ".part")
     partial.write_bytes(cloudpickle.dumps(result))
-    os.replace(partial, answer)
+    partial.replace(answer)
 
 
 def _end_with_parent() -> None:

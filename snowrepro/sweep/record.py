@@ -8,14 +8,14 @@ from datetime import datetime, timezone
 from pathlib import Path
 
 from ..errors import ConfigError
-from ..store import runs
+from ..settings.execution import Execution
 from ..store.files import read_json, write_json
 from .plan import Plan, make_plan
 
 SWEEPS = "sweeps"
 RECORD = "sweep.json"
 # Overrides that change no result, and so no sweep.
-NOT_NAMED = ("store", "reports", "rerun", "threads", "deterministic", "checkpoint_seconds", "hydra")
+NOT_NAMED = frozenset({*Execution.model_fields, "reports", "hydra"})
 MOST_LETTERS = 120
 SEED = re.compile(r"(?<!\S)seed=(\d+)(?!\S)")  # in the overrides of a cell
 
@@ -52,7 +52,7 @@ def folder_of(name: str, store: str | Path) -> Path:
 
 def write(plan: Plan) -> Path:
     """Remember a sweep, in place of what was remembered under its name; returns its folder."""
-    folder = folder_of(name_of(plan.overrides), plan.configs[0].store)
+    folder = folder_of(name_of(plan.overrides), plan.runs[0].store)
     write_json(
         folder / RECORD,
         {
@@ -67,16 +67,16 @@ def write(plan: Plan) -> Path:
 
 def cells_of(plan: Plan) -> dict[str, str]:
     """Each run's id by its overrides."""
-    return {" ".join(planned.overrides): runs.identify(planned.config) for planned in plan.runs}
+    return {" ".join(planned.overrides): planned.run.id for planned in plan.planned}
 
 
 def read(name: str, store: str | Path) -> Record:
     """What was remembered of a sweep.  Raises ConfigError with the names that there are."""
-    said = read_json(folder_of(name, store) / RECORD)
-    if not said:
+    content = read_json(folder_of(name, store) / RECORD)
+    if not content:
         known = ", ".join(sorted(names(store))) or "none yet"
         raise ConfigError(f"there is no sweep '{name}' in the store '{store}'; there are: {known}")
-    return Record(said["name"], tuple(said["overrides"]), said["recorded"], said["cells"])
+    return Record(content["name"], tuple(content["overrides"]), content["recorded"], content["cells"])
 
 
 def plan_of(name: str, store: str | Path, more: Sequence[str] = ()) -> Plan:
@@ -88,14 +88,14 @@ def with_asked_seeds(overrides: Sequence[str], store: str | Path) -> list[str]:
     """The overrides of a sweep with every seed that it was ever asked for with, if they name none themselves."""
     if any(o.startswith("seed=") for o in overrides):
         return list(overrides)
-    seeds = {int(seed) for found in asked(overrides, store) for seed in SEED.findall(" ".join(found.cells))}
+    seeds = {int(seed) for known in asked(overrides, store) for seed in SEED.findall(" ".join(known.cells))}
     return [*overrides, f"seed={','.join(map(str, sorted(seeds)))}"] if seeds else list(overrides)
 
 
 def asked(overrides: Sequence[str], store: str | Path) -> list[Record]:
     """The remembered sweeps that ask for the same, whatever their seeds."""
-    found = (read(name, store) for name in names(store))
-    return [record for record in found if unseeded(record.overrides) == unseeded(overrides)]
+    records = (read(name, store) for name in names(store))
+    return [record for record in records if unseeded(record.overrides) == unseeded(overrides)]
 
 
 def unseeded(overrides: Sequence[str]) -> str:

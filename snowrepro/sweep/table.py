@@ -11,8 +11,8 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
-from ..config import Config
-from ..store import runs, states
+from ..store import states
+from ..store.run import Run, read_progress
 from .processes import DONE, Job
 
 REDRAW_SECONDS = 0.5
@@ -26,7 +26,7 @@ LEAST_DONE = 0.1  # of a run's frames, before they tell how long it takes
 class SweepTable:
     """Shows the jobs of a sweep as they run: called with those that run and those that just ended."""
 
-    def __init__(self, total: int, workers: int, console: Console | None = None):
+    def __init__(self, total: int, workers: int, console: Console | None = None) -> None:
         self.console = console or Console(file=sys.__stderr__)
         self.live = Live(console=self.console, auto_refresh=False) if self.console.is_terminal else None
         self.total, self.workers = total, workers
@@ -69,8 +69,8 @@ class SweepTable:
         for job in self.failures[-MOST_FAILURES:]:
             table.add_row(job.label, job.state, "", "", clock(job.seconds))
         for job in running[:MOST_ROWS]:
-            said, seconds = _progress(job), now - job.started
-            rate = f"{said['frame'] / seconds:.1f}" if said and seconds > 0 else ""
+            progress, seconds = _progress(job), now - job.started
+            rate = f"{progress['frame'] / seconds:.1f}" if progress and seconds > 0 else ""
             again = f", try {job.tries}" if job.tries > 1 else ""
             table.add_row(job.label, job.state + again, _frame(job), rate, clock(seconds))
         return table
@@ -111,20 +111,20 @@ def clock(seconds: float) -> str:
 
 
 def _progress(job: Job) -> dict[str, int]:
-    return runs.progress(job.folder) if job.folder else {}
+    return read_progress(job.folder) if job.folder else {}
 
 
 def _expected(job: Job, now: float) -> float | None:
     """Seconds that a job will have taken, by the frames that it has done; None while these are too few to tell."""
-    said = _progress(job)
-    if not said or said["frame"] < LEAST_DONE * said["frames"]:
+    progress = _progress(job)
+    if not progress or progress["frame"] < LEAST_DONE * progress["frames"]:
         return None
-    return (now - job.started) * said["frames"] / said["frame"]
+    return (now - job.started) * progress["frames"] / progress["frame"]
 
 
 def _frame(job: Job) -> str:
-    said = _progress(job)
-    return f"{said['frame']}/{said['frames']}" if said else ""
+    progress = _progress(job)
+    return f"{progress['frame']}/{progress['frames']}" if progress else ""
 
 
 def _why(job: Job) -> str:
@@ -133,10 +133,10 @@ def _why(job: Job) -> str:
 
 
 @contextmanager
-def watching(configs: Sequence[Config]) -> Iterator[None]:
+def watching(runs: Sequence[Run]) -> Iterator[None]:
     """Says now and then how far the store is with runs that others do, as long as the block lasts."""
     ended = threading.Event()
-    thread = threading.Thread(target=_watch, args=(configs, ended), daemon=True)
+    thread = threading.Thread(target=_watch, args=(runs, ended), daemon=True)
     thread.start()
     try:
         yield
@@ -145,15 +145,15 @@ def watching(configs: Sequence[Config]) -> Iterator[None]:
         thread.join()
 
 
-def _watch(configs: Sequence[Config], ended: threading.Event) -> None:
+def _watch(runs: Sequence[Run], ended: threading.Event) -> None:
     """A line whenever the number of runs in some state has changed; looking takes a tenth of the time at most."""
     console = Console(file=sys.__stderr__)
-    told, pause = "", WATCH_SECONDS
+    shown, pause = "", WATCH_SECONDS
     while not ended.wait(pause):
         began = time.monotonic()
-        counts = Counter(standing.state for standing in states.standings(configs))
+        counts = Counter(standing.state for standing in states.standings(runs))
         text = ", ".join(f"{counts[state]} {state}" for state in states.STATES if counts[state])
-        if text != told:
-            told = text
-            console.print(f"[{counts[states.DONE]}/{len(configs)}] {text}", markup=False, highlight=False)
+        if text != shown:
+            shown = text
+            console.print(f"[{counts[states.DONE]}/{len(runs)}] {text}", markup=False, highlight=False)
         pause = max(WATCH_SECONDS, 10.0 * (time.monotonic() - began))

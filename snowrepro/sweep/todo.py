@@ -4,10 +4,9 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 
-from ..config import Config
-from ..store import manifest, runs, states
+from ..store import manifest, states
+from ..store.run import Run
 from ..store.states import Standing
 from . import record
 from .plan import Plan, Planned
@@ -66,11 +65,11 @@ class Todo:
 def decide(plan: Plan, thorough: bool = False) -> Todo:
     """Decide on every run of a sweep, from the disk alone; a run that two cells share is decided on once."""
     before = _cells_before(plan)
-    seen, decisions = set(), []
-    for planned, standing in zip(plan.runs, states.standings(plan.configs, thorough), strict=True):
-        run_id = runs.identify(planned.config)
-        if run_id not in seen:
-            seen.add(run_id)
+    decided, decisions = set(), []
+    for planned, standing in zip(plan.planned, states.standings(plan.runs, thorough), strict=True):
+        run_id = planned.run.id
+        if run_id not in decided:
+            decided.add(run_id)
             earlier = before.get(" ".join(planned.overrides), run_id)
             decisions.append(_decide(planned, standing, None if earlier == run_id else earlier))
     return Todo(decisions)
@@ -79,7 +78,7 @@ def decide(plan: Plan, thorough: bool = False) -> Todo:
 def _decide(planned: Planned, standing: Standing, earlier: str | None) -> Decision:
     """``earlier``: the id of another run that this cell of the sweep was before."""
     if standing.state == states.DONE:
-        chosen = {kind: standing.stale[kind] for kind in planned.config.rerun if kind in standing.stale}
+        chosen = {kind: standing.stale[kind] for kind in planned.run.config.execution.rerun if kind in standing.stale}
         if not chosen:
             return Decision(planned, standing, SKIP, "done", standing.reason)
         return Decision(planned, standing, RUN, f"{' and '.join(chosen)} changed", "; ".join(chosen.values()))
@@ -88,20 +87,19 @@ def _decide(planned: Planned, standing: Standing, earlier: str | None) -> Decisi
     if standing.final:
         return Decision(planned, standing, SKIP, "failed, and would fail again", standing.reason)
     if standing.state == states.PENDING and earlier:
-        found = _changed(planned.config, earlier)
-        if found:
-            return Decision(planned, standing, RUN, "configuration changed since this sweep was last run", found)
+        changes = _changed(planned.run, earlier)
+        if changes:
+            return Decision(planned, standing, RUN, "configuration changed since this sweep was last run", changes)
     return Decision(planned, standing, RUN, WHY[standing.state], standing.reason)
 
 
 def _cells_before(plan: Plan) -> Mapping[str, str]:
     """Which run each cell was when the sweep was recorded last."""
-    name, store = record.name_of(plan.overrides), Path(plan.configs[0].store)
+    name, store = record.name_of(plan.overrides), plan.runs[0].store
     return record.read(name, store).cells if name in record.names(store) else {}
 
 
-def _changed(config: Config, earlier: str) -> str:
-    """What differs between a run and another of this store, in its configuration."""
-    before = manifest.read(Path(config.store) / earlier).get("config", {})
-    now = runs.plain(config)
-    return ", ".join(manifest.differences(before, now)) if before else ""
+def _changed(run: Run, earlier: str) -> str:
+    """What differs between a run and another of its store, in the configuration."""
+    before = manifest.read(run.store / earlier).get("config", {})
+    return ", ".join(manifest.differences(before, run.config.record())) if before else ""

@@ -1,17 +1,20 @@
 """Built pictures: bodies of snow whose fragments are known."""
 
+import json
+
 import numpy as np
 import xarray as xr
 
-from snowrepro.analysis.classify import Classified, classify
-from snowrepro.composition import compose
+from snowrepro.analysis.lumps import Classification
+from snowrepro.composition.compose import compose
 from snowrepro.scene.build import sample
+from snowrepro.summary.classify import classify
 
 
 def ball(fidelity: str = "paper", seed: int = 0) -> np.ndarray:
     """The ball's particles around the origin, (n, 2)."""
     config = compose([f"fidelity={fidelity}"])
-    return sample(config.shape.outline, config.dx, 4, seed)[0]
+    return sample(config.case.shape.outline, config.case.dx, 4, seed)[0]
 
 
 def run_of(*states: np.ndarray, fidelity: str = "paper", mass: np.ndarray | None = None) -> xr.Dataset:
@@ -21,10 +24,15 @@ def run_of(*states: np.ndarray, fidelity: str = "paper", mass: np.ndarray | None
     return xr.Dataset(
         {"position": (("snapshot", "particle", "axis"), np.stack(states)), "mass": ("particle", mass)},
         {"snapshot": np.arange(100, 100 + len(states))},
-        {"config": config.model_dump_json(), "release_frame": 100, "grid_spacing": config.dx, "cell_mass": 0.0},
+        {
+            "config": json.dumps(config.settings()),
+            "release_frame": 100,
+            "grid_spacing": config.case.dx,
+            "cell_mass": 0.0,
+        },
     )
 
 
-def classified(*states: np.ndarray, fidelity: str = "paper", frames=None, mass=None, **settings) -> Classified:
+def classified(*states: np.ndarray, fidelity: str = "paper", frames=None, mass=None, **settings) -> Classification:
     """The states' fragments, with no least size of a lump in cells."""
     return classify(run_of(*states, fidelity=fidelity, mass=mass), frames=frames, lump_cells=0.0, **settings)

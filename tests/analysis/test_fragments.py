@@ -5,10 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from snowrepro.analysis.classify import classify
-from snowrepro.composition import compose
-from snowrepro.errors import ConfigError, DataError
+from snowrepro.composition.compose import compose
 from snowrepro.scene.build import sample
+from snowrepro.summary.classify import classify
 from tests.analysis.pictures import ball, classified
 
 FIDELITIES = ("preview", "paper")
@@ -117,7 +116,7 @@ def test_four_times_the_particles_give_the_same_curve():
     """The same picture, a corner cut off and a band crushed, sampled twice as finely: Phi within 0.01 at any mass."""
     curves = []
     for dx in (1.0, 0.5):
-        x = sample(compose().shape.outline, dx, 4, 0)[0]
+        x = sample(compose().case.shape.outline, dx, 4, 0)[0]
         y = x + np.where((x[:, :1] > 9) & (x[:, 1:] > 3), 20.0, 0.0)
         y[:, 1] = np.where(x[:, 1] < -6, -6 + 0.3 * (x[:, 1] + 6), y[:, 1])
         found = classified(x, y).last
@@ -150,7 +149,7 @@ def test_measures_of_a_known_split():
     found = classified(x, x + piece[:, None] * [30.0, 0.0], core_fraction=1.0).last
     parts = np.array([0.6, 0.3, 0.1])
     np.testing.assert_allclose(found.survival()[1], [0.6, 0.9, 1.0], atol=1e-4)
-    assert found.joined == pytest.approx((parts**2).sum(), abs=1e-4)
+    assert found.joined_chance == pytest.approx((parts**2).sum(), abs=1e-4)
     assert found.effective_number == pytest.approx(1 / (parts**2).sum(), abs=1e-3)
     assert found.second_moment == pytest.approx(0.3**2 + 0.1**2, abs=1e-4)
     assert found.median_mass == found.largest == pytest.approx(0.6, abs=1e-4)
@@ -260,23 +259,3 @@ def test_three_dimensions():
     assert found.last.mass.tolist() == [1000.0, 1000.0]
     turning = found.table().loc[lambda rows: rows["centre_z"] > 5].iloc[0]
     np.testing.assert_allclose(turning[["spin_x", "spin_y", "spin_z"]].to_numpy(dtype=float), omega, rtol=1e-3)
-
-
-def test_frames_that_are_not_there_are_refused(small_run):
-    """There are no bonds before release, and no fragments of frames that were not kept."""
-    for frame in (8, 21):
-        with pytest.raises(DataError, match="not stored at or after the release"):
-            classify(small_run, frames=[frame])
-
-
-def test_settings_travel_with_the_run_and_can_be_changed(small_run, small_config):
-    """A run says of itself how it is to be classified; a wrong name lists the right ones."""
-    assert classify(small_run, frames=[20]).analysis == small_config.analysis
-    assert classify(small_run, frames=[20]).last.largest == 1.0
-    assert classify(small_run, frames=[20], definition="grid").analysis.definition == "grid"
-    with pytest.raises(ConfigError, match=r"no setting 'brake_strain'.*break_strain"):
-        classify(small_run, brake_strain=0.2)
-    with pytest.raises(ConfigError, match=r"break_strain.*greater than 0"):
-        classify(small_run, break_strain=-1)
-    with pytest.raises(ConfigError, match="'bonds', 'proximity', 'grid' or 'damage'"):
-        classify(small_run, definition="colour")

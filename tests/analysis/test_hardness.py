@@ -1,50 +1,49 @@
 """Hardness, flattening and rebound from runs that are made by hand, and from small ones that are simulated."""
 
-import json
-
 import numpy as np
 import pytest
-import xarray as xr
 
-from snowrepro.analysis.hardness import body_heights, chord, curve, impact, indentation, mean_pressure, quantile
-from snowrepro.analysis.summary import summarise
-from snowrepro.composition import compose
+from snowrepro.analysis.hardness import (
+    cut_curve,
+    find_quantile,
+    measure_chord,
+    measure_hardness,
+    measure_heights,
+    measure_impact,
+    measure_work,
+)
+from snowrepro.composition.compose import compose
 from snowrepro.errors import ConfigError
 from snowrepro.mpm.indenter import find_place
+from snowrepro.run import simulate
 from snowrepro.scene.build import build_scene
-from snowrepro.simulation import simulate
-from snowrepro.store import runs
-from tests.validation.test_indenter import QUICK
+from snowrepro.store.run import Run
+from snowrepro.summary.measure import measure_test
+from tests.conftest import QUICK
 from tests.validation.test_restart import assert_same_bits
 
 
 def test_quantiles_are_of_mass():
     """Half of the mass, not of the particles, lies below the median."""
-    assert quantile(np.array([1.0, 2.0, 3.0]), np.ones(3), 0.5) == 2.0
-    assert quantile(np.array([3.0, 1.0, 2.0]), np.array([6.0, 1.0, 1.0]), 0.5) > 2.5
+    assert find_quantile(np.array([1.0, 2.0, 3.0]), np.ones(3), 0.5) == 2.0
+    assert find_quantile(np.array([3.0, 1.0, 2.0]), np.array([6.0, 1.0, 1.0]), 0.5) > 2.5
     even = np.arange(1001) / 1000
-    np.testing.assert_allclose([quantile(even, np.ones(1001), q) for q in (0.05, 0.95)], [0.05, 0.95], atol=1e-3)
+    np.testing.assert_allclose([find_quantile(even, np.ones(1001), q) for q in (0.05, 0.95)], [0.05, 0.95], atol=1e-3)
 
 
-def fall(heights: list[float], speeds: list[float]) -> xr.Dataset:
-    """A run whose body is a column of so much height in each frame, a frame apart, with such speeds upward."""
-    column = np.linspace(0, 1, 501)
-    places = np.stack([np.stack([np.zeros(501), h * column], axis=-1) for h in heights])
-    return xr.Dataset(
-        {
-            "position": (("snapshot", "particle", "axis"), places),
-            "mass": ("particle", np.ones(501)),
-            "momentum_y": ("frame", 501.0 * np.array(speeds)),
-            "total_mass": ("frame", np.full(len(speeds), 501.0)),
-        },
-        {"snapshot": np.arange(len(heights)), "axis": ["x", "y"]},
-        {"release_frame": 1},
-    )
+def columns_of_snow(heights: list[float]) -> np.ndarray:
+    """Places along the upward axis of a column of so much height in each state."""
+    return np.array(heights)[:, None] * np.linspace(0, 1, 501)
+
+
+def fall(heights: list[float], speeds: list[float]) -> dict[str, float]:
+    """What a column of such heights and speeds upward since its release comes to."""
+    return measure_impact(measure_heights(columns_of_snow(heights), np.ones(501)), np.array(speeds))
 
 
 def test_flattening_and_rebound_by_hand():
     """From 10 high at release to 4 at most and 5 at the end; down at 8, back up at 2."""
-    found = impact(fall([20, 10, 9, 4, 5], [5, 0, -8, -3, 2]))
+    found = fall([10, 9, 4, 5], [0, -8, -3, 2])
     assert found["flattening_most"] == pytest.approx(0.6)
     assert found["flattening_end"] == pytest.approx(0.5)
     assert found["rebound"] == pytest.approx(0.25)
@@ -52,88 +51,67 @@ def test_flattening_and_rebound_by_hand():
 
 def test_what_stays_down_does_not_rebound():
     """Nor does what never fell."""
-    assert impact(fall([10, 10, 4], [0, 0, -8]))["rebound"] == 0.0
-    assert np.isnan(impact(fall([10, 10, 10], [0, 0, 0]))["rebound"])
+    assert fall([10, 4], [0, -8])["rebound"] == 0.0
+    assert np.isnan(fall([10, 10], [0, 0])["rebound"])
 
 
 def test_a_grain_that_flies_changes_no_height():
-    run = fall([10, 10], [0, 0])
-    heights = body_heights(run, 0)
-    run["position"][1, 7, 1] = 500.0
-    assert body_heights(run, 0)[1] == pytest.approx(heights[1], rel=0.01)
+    places = columns_of_snow([10, 10])
+    places[1, 7] = 500.0
+    heights = measure_heights(places, np.ones(501))
+    assert heights[1] == pytest.approx(heights[0], rel=0.01)
 
 
 def test_the_chord_of_a_disc():
     """Pythagoras; nothing above the touch, the diameter at the middle."""
-    np.testing.assert_allclose(chord(np.array([-1.0, 0.0, 2.0, 5.0]), 5.0), [0, 0, 8, 10])
+    np.testing.assert_allclose(measure_chord(np.array([-1.0, 0.0, 2.0, 5.0]), 5.0), [0, 0, 8, 10])
 
 
 def test_hardness_of_a_known_curve():
     """Force = 3 x chord x depth: hardness is three times the depth, about, and the work its integral."""
     way = np.arange(-100, 401) * 0.01
-    config = {"indenter": {"name": "disc", "radius": 8.0, "depth": 4.0}, "reading": {"cell": 1.0}}
     middle = way - 0.005
-    run = xr.Dataset(
-        {
-            "indenter_depth": ("frame", np.concatenate([[np.nan] * 5, way])),
-            "indenter_force": ("frame", np.concatenate([[0.0] * 5, 3 * chord(middle, 8.0) * middle])),
-        },
-        attrs={"config": json.dumps(config)},
-    )
-    depth, _ = curve(run)
+    before = np.full(5, np.nan)
+    forces = 3 * measure_chord(middle, 8.0) * middle
+    depth, force = cut_curve(np.concatenate([before, way]), np.concatenate([0 * before, forces]))
     np.testing.assert_allclose(depth, middle)
-    assert mean_pressure(run, 4.0) == pytest.approx(3 * 3.8, rel=1e-3)
-    assert mean_pressure(run, 1.0) == pytest.approx(3 * 0.95, rel=1e-3)
+    np.testing.assert_array_equal(force, forces)
+    assert measure_hardness(depth, force, 4.0, 8.0, 1.0) == pytest.approx(3 * 3.8, rel=1e-3)
+    assert measure_hardness(depth, force, 1.0, 8.0, 1.0) == pytest.approx(3 * 0.95, rel=1e-3)
     x = np.linspace(0, 4, 100001)
-    work = float((3 * chord(x, 8.0) * x).mean() * 4)
-    assert indentation(run)["indentation_work"] == pytest.approx(work, rel=5e-3)
+    work = float((3 * measure_chord(x, 8.0) * x).mean() * 4)
+    assert measure_work(depth, force) == pytest.approx(work, rel=5e-3)
 
 
-@pytest.fixture(scope="module")
-def indented() -> xr.Dataset:
-    """The small run, indented at its release."""
-    return simulate(compose(QUICK))
-
-
-def test_an_indented_run_is_the_falling_one_up_to_release(indented, small_run):
+def test_an_indented_run_is_the_falling_one_up_to_release(indented_run, small_run):
     """The same bits in frames 0 to 20; then no gravity, rest, and a disc that arrives."""
     for name in small_run.data_vars:
         if "snapshot" in small_run[name].dims:
-            one, other = (run[name].sel(snapshot=slice(0, 20)) for run in (indented, small_run))
+            one, other = (run[name].sel(snapshot=slice(0, 20)) for run in (indented_run, small_run))
         elif "frame" in small_run[name].dims:
-            one, other = indented[name][:21], small_run[name][:21]
+            one, other = indented_run[name][:21], small_run[name][:21]
         np.testing.assert_array_equal(one.values, other.values, err_msg=name)
-    assert (indented.gravity_work == 0).all()
-    assert float(indented.kinetic_energy[30]) < 0.2 * float(indented.kinetic_energy[20])
-    assert np.isnan(indented.indenter_depth[:31]).all() and np.isfinite(indented.indenter_depth[31:]).all()
-    assert (indented.indenter_force[:31] == 0).all()
-    assert indented.indenter_force.attrs["units"] == "kg cell s-2"
-    assert indented.snapshot.values.tolist() == [0, 4, 8, 12, 16, 20, 40, 60, 80, 100, 118]
-    assert indented.sizes["frame"] == compose(QUICK).frames + 1 == 119
-    last = indented.position.sel(snapshot=118).values - indented.position.sel(snapshot=40).values
-    held = indented.position.sel(snapshot=40, axis="y") < indented.position.sel(snapshot=40, axis="y").mean() - 5.0
+    assert (indented_run.gravity_work == 0).all()
+    assert float(indented_run.kinetic_energy[30]) < 0.2 * float(indented_run.kinetic_energy[20])
+    assert np.isnan(indented_run.indenter_depth[:31]).all() and np.isfinite(indented_run.indenter_depth[31:]).all()
+    assert (indented_run.indenter_force[:31] == 0).all()
+    assert indented_run.indenter_force.attrs["units"] == "kg cell s-2"
+    assert indented_run.snapshot.values.tolist() == [0, 4, 8, 12, 16, 20, 40, 60, 80, 100, 118]
+    assert indented_run.sizes["frame"] == compose(QUICK).case.frames + 1 == 119
+    last = indented_run.position.sel(snapshot=118).values - indented_run.position.sel(snapshot=40).values
+    held = (
+        indented_run.position.sel(snapshot=40, axis="y") < indented_run.position.sel(snapshot=40, axis="y").mean() - 5.0
+    )
     assert np.abs(last[held.values]).max() < 1e-5  # in the vice
     assert np.abs(last).max() > 1.0
 
 
-def test_the_summary_of_an_indented_run(indented, small_run):
-    """Hardness and what was at release, and nothing about a fall that was not; a fall has the reverse."""
-    row, fallen = summarise(indented), summarise(small_run)
-    assert row["indenter"] == "disc" and row["hardness"] > 1e3 and row["indentation_work"] > 0
-    assert row["factor_at_release"] == fallen["factor_at_release"]
-    assert not {"lump_fraction", "settled", "impact_speed", "rebound"} & set(row)
-    assert {"lump_fraction", "flattening_most", "flattening_end", "rebound"} <= set(fallen)
-    assert "hardness" not in fallen
-    assert 0 < fallen["flattening_end"] <= fallen["flattening_most"] < 1
-    assert 0 <= fallen["rebound"] < 1
-
-
 @pytest.mark.slow
-def test_going_on_in_mid_indentation(indented):
+def test_going_on_in_mid_indentation(indented_run):
     """While it rests, before and behind the first move of the disc, in mid-test: the same bits."""
     config, saved = compose(QUICK), {}
     whole = simulate(config, lambda progress: saved.update({progress.frame: progress.checkpoint()}))
-    assert_same_bits(whole, indented)
+    assert_same_bits(whole, indented_run)
     for frame in (25, 30, 31, 77):
         assert_same_bits(simulate(config, resume=saved[frame]), whole)
 
@@ -149,14 +127,14 @@ def test_threads_and_a_stop_change_no_bit_in_fixed_point():
 
 
 @pytest.mark.parametrize("transfer", ["pic_flip", "mls"])
-def test_every_transfer_can_be_indented(transfer, indented):
+def test_every_transfer_can_be_indented(transfer, indented_run):
     """The disc meets resistance of the same order."""
     other = simulate(compose([*QUICK, f"solver.transfer={transfer}"]))
-    ratio = indentation(other)["hardness"] / indentation(indented)["hardness"]
+    ratio = measure_test(other)["hardness"] / measure_test(indented_run)["hardness"]
     assert 0.5 < ratio < 2.0
 
 
-def test_metres_are_cells(indented):
+def test_metres_are_cells(indented_run):
     """In SI the depth is in metres; the disc moves as many cells."""
     config = compose([*QUICK, "reading=si", "loading.press_frames=2", "indenter.rest_frames=2"])
     run = simulate(config)
@@ -166,22 +144,26 @@ def test_metres_are_cells(indented):
 
 def test_a_run_without_indenter_is_named_as_before():
     """No key in its config, the id that stored runs have; the frames of a fall do not name a hardness test."""
+
+    def id_of(*overrides: str) -> str:
+        return Run(compose(["pressure=340", *overrides])).id
+
     config = compose(["pressure=340"])
-    assert "indenter" not in config.model_dump() and '"indenter"' not in config.model_dump_json()
-    assert runs.identify(config) == "ball-L-340-paper-paper-0-8deedea2c3"
-    assert runs.identify(compose(["pressure=340", "indenter=none"])) == runs.identify(config)
-    test = compose(["pressure=340", "indenter=disc"])
-    assert runs.identify(test).startswith("ball-L-340-paper-paper-0-disc-")
-    assert runs.identify(compose(["pressure=340", "indenter=disc", "loading.frames=700"])) == runs.identify(test)
-    assert runs.identify(compose(["pressure=340", "indenter=disc", "indenter.speed=0.1"])) != runs.identify(test)
+    assert "indenter" not in config.settings() and "indenter" not in config.record()
+    assert id_of() == "ball-L-340-paper-paper-0-8deedea2c3"
+    assert id_of("indenter=none") == id_of()
+    test = id_of("indenter=disc")
+    assert test.startswith("ball-L-340-paper-paper-0-disc-")
+    assert id_of("indenter=disc", "loading.frames=700") == test
+    assert id_of("indenter=disc", "indenter.speed=0.1") != test
 
 
 def test_frames_follow_from_the_way():
     """100 pressed, 200 at rest, two grid spacings and 4 cells at 0.2 cells/s in frames of 0.02 s."""
-    config = compose(["indenter=disc"])
-    assert (config.frames, config.frames_before_test) == (100 + 200 + 1500, 300)
-    assert [f for f in range(1801) if config.is_stored(f)] == [*range(0, 101, 4), *range(150, 1801, 50)]
-    assert (config.gravity_in(101), config.damping_in(300), config.damping_in(301)) == (0.0, 5.0, 0.0)
+    case = compose(["indenter=disc"]).case
+    assert (case.frames, case.frames_before_test) == (100 + 200 + 1500, 300)
+    assert [f for f in range(1801) if case.is_stored(f)] == [*range(0, 101, 4), *range(150, 1801, 50)]
+    assert (case.gravity_in(101), case.damping_in(300), case.damping_in(301)) == (0.0, 5.0, 0.0)
 
 
 @pytest.mark.parametrize(
@@ -201,15 +183,15 @@ def test_frames_follow_from_the_way():
 )
 def test_tests_that_cannot_be_made_are_refused(overrides, message):
     with pytest.raises(ConfigError, match=message):
-        build_scene(compose(["indenter=disc", *overrides]))
+        build_scene(compose(["indenter=disc", *overrides]).case)
 
 
 def test_a_body_that_pressing_made_too_small_is_refused():
     """Known only at release: the disc would come down to the vice."""
-    config = compose(["indenter=disc"])
+    case = compose(["indenter=disc"]).case
     grid = np.stack(np.meshgrid(np.arange(0, 20, 0.5), np.arange(0, 11, 0.5)), axis=-1).reshape(-1, 2)
     with pytest.raises(ConfigError, match=r"indenter.depth \(4 cells\) reaches the vice: 5.25 cells"):
-        find_place(config, grid)
-    tall = find_place(config, grid * [1, 2])
+        find_place(case, grid)
+    tall = find_place(case, grid * [1, 2])
     assert (tall.x, tall.vice) == pytest.approx((9.75, 10.5))
     assert tall.touch == pytest.approx(21.0, abs=0.01)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from snowrepro.analysis.classify import classify
 from snowrepro.errors import DataError
+from snowrepro.summary.classify import classify
 from tests.analysis.pictures import ball
 
 X = ball("preview")

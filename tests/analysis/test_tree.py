@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial import Delaunay
 
-from snowrepro.analysis.bonds import history_of, lay_bonds
-from snowrepro.analysis.tree import core_strain, grow_tree, half_bonds, holding_strain
+from snowrepro.analysis.bonds import follow_bonds, lay_bonds
+from snowrepro.analysis.tree import find_core_strain, find_holding_strain, grow_tree, sort_by_particle
 from tests.analysis.pictures import ball
 
 
@@ -68,8 +68,8 @@ def test_a_cut_of_the_tree_is_the_direct_answer(seed):
     pairs = pairs[rng.uniform(size=len(pairs)) < 0.9]
     strain = rng.gamma(0.7, 0.3, len(pairs))
     core_fraction = float(rng.choice([0.2, 0.25, 0.3333, 0.5, 0.75, 1.0]))
-    halves = half_bonds(pairs, strain, count)
-    tree = grow_tree(pairs, holding_strain(halves, core_strain(halves, core_fraction)), count)
+    halves = sort_by_particle(pairs, strain, count)
+    tree = grow_tree(pairs, find_holding_strain(halves, find_core_strain(halves, core_fraction)), count)
     sizes = set()
     for threshold in [*rng.gamma(0.7, 0.3, 45), *rng.choice(strain, 5)]:  # also exactly at a bond's strain
         expected = direct(pairs, strain, count, core_fraction, threshold)
@@ -83,12 +83,12 @@ def test_lumps_over_all_thresholds_are_those_of_cuts():
     x = ball("preview")
     y = x * [1.0, 0.62] + 0.6 * np.sin(x[:, ::-1])
     bonds = lay_bonds(x, 3.0)
-    strain = history_of(bonds, [y]).strain()
-    halves = half_bonds(bonds.pairs, strain, len(x))
-    tree = grow_tree(bonds.pairs, holding_strain(halves, core_strain(halves, 0.3333)), len(x))
+    strain = follow_bonds(bonds, [y]).strain()
+    halves = sort_by_particle(bonds.pairs, strain, len(x))
+    tree = grow_tree(bonds.pairs, find_holding_strain(halves, find_core_strain(halves, 0.3333)), len(x))
     mass = np.random.default_rng(0).uniform(0.5, 2, len(x))
     least = 0.01 * mass.sum()
-    strains, lumps = tree.lumps(mass, least)
+    strains, lumps = tree.measure_lumps(mass, least)
     values = set()
     for threshold in np.linspace(0, 1, 101):
         weights = np.bincount(tree.cut(threshold), weights=mass)
@@ -101,6 +101,6 @@ def test_lumps_over_all_thresholds_are_those_of_cuts():
 
 def test_no_bonds_no_fragments():
     """Particles without bonds are each alone, at any threshold."""
-    halves = half_bonds(np.zeros((0, 2), dtype=int), np.zeros(0), 3)
-    tree = grow_tree(np.zeros((0, 2), dtype=int), holding_strain(halves, core_strain(halves, 0.5)), 3)
+    halves = sort_by_particle(np.zeros((0, 2), dtype=int), np.zeros(0), 3)
+    tree = grow_tree(np.zeros((0, 2), dtype=int), find_holding_strain(halves, find_core_strain(halves, 0.5)), 3)
     assert len(set(tree.cut(10.0).tolist())) == 3

@@ -3,9 +3,9 @@
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 
-from snowrepro.analysis.classify import classify
-from snowrepro.config import Config
-from snowrepro.store import runs
+from snowrepro.store.run import Run
+from snowrepro.summary.classify import classify
+from tests.configs import carrying, changed
 from tests.report import small_runs
 from tests.report.reports import reported
 
@@ -13,21 +13,21 @@ HOSTILE = """<img src=x onerror=alert(1)> & "quo'tes" *not bold* [no](link) </sc
 WIDTHS = {"desktop": 1280, "phone": 390}
 
 
-def report_of(configs: list[Config]) -> str:
+def report_of(runs: list[Run]) -> str:
     """The address of the report of Figure 5 on these runs."""
-    return (reported(configs, ["experiment=fig5"]).evidence.folder / "index.html").absolute().as_uri()
+    return (reported(runs, ["experiment=fig5"]).evidence.folder / "index.html").absolute().as_uri()
 
 
 @pytest.fixture(scope="module")
-def configs(small_run, tmp_path_factory):
+def runs(small_run, tmp_path_factory):
     """Four finished runs of one scene."""
     return small_runs.saved(small_run, tmp_path_factory.mktemp("store"), vanish=False)
 
 
 @pytest.fixture(scope="module")
-def address(configs):
+def address(runs):
     """A report with everything in it."""
-    return report_of(configs)
+    return report_of(runs)
 
 
 @pytest.mark.parametrize("width", WIDTHS.values(), ids=WIDTHS)
@@ -105,7 +105,7 @@ def test_each_picture_leads_to_its_origin(page, address):
     assert "shape:" in page.locator("[id^=runs-] details").last.text_content()
 
 
-def test_the_verdict_can_be_tried(page, address, configs):
+def test_the_verdict_can_be_tried(page, address, runs):
     """The break strain is moved in the page; the mass in lumps is what Python makes of that strain."""
     page.goto(address)
     page.wait_for_selector("#viewer-body", state="visible")
@@ -114,30 +114,29 @@ def test_the_verdict_can_be_tried(page, address, configs):
     for _ in range(12):
         page.keyboard.press("ArrowLeft")
     strain = float(page.locator("#viewer-strain-now").inner_text().split()[0])
-    assert strain < configs[0].analysis.break_strain
+    assert strain < runs[0].config.question.analysis.break_strain
     now = page.locator("#viewer-runs td:nth-child(2) data").evaluate_all(
         "cells => cells.map(cell => Number(cell.value))"
     )
-    for config, value in zip(configs, now, strict=True):
-        with runs.open_run(runs.result_path(config)) as dataset:
-            found = classify(dataset, config.analysis.model_copy(update={"break_strain": strain}))
+    for run, value in zip(runs, now, strict=True):
+        with run.open() as dataset:
+            found = classify(dataset, run.config.question.analysis.model_copy(update={"break_strain": strain}))
         assert value == pytest.approx(found.lump_fraction, abs=1e-12)
 
 
-def test_hostile_names_come_out_as_text(page, configs, small_run, tmp_path):
+def test_hostile_names_come_out_as_text(page, runs, small_run, tmp_path):
     """Names and statements from files may hold anything that HTML or Markdown knows."""
-    claims = configs[0].claims
+    question = runs[0].config.question
+    claims = question.claims
     worded = claims.model_copy(update={"list": tuple(c.model_copy(update={"statement": HOSTILE}) for c in claims.list)})
-    experiment = configs[0].experiment.model_copy(update={"title": f"Title {HOSTILE}", "says": HOSTILE})
-    changed = {"claims": worded, "experiment": experiment, "store": str(tmp_path), "reports": str(tmp_path)}
+    experiment = question.experiment.model_copy(update={"title": f"Title {HOSTILE}", "says": HOSTILE})
+    asked = {"claims": worded, "experiment": experiment, "store": str(tmp_path), "reports": str(tmp_path)}
     renamed = [
-        config.model_copy(update={**changed, "shape": config.shape.model_copy(update={"name": HOSTILE[:28]})})
-        for config in configs[:3]
+        Run(changed(run.config, **asked, shape=run.case.shape.model_copy(update={"name": HOSTILE[:28]})))
+        for run in runs[:3]
     ]
-    for config in renamed[:2]:
-        runs.save(
-            small_run.assign_attrs(config=config.model_dump_json()), config, wall_seconds=1.0, seconds_per_frame=0.1
-        )
+    for run in renamed[:2]:
+        run.save(carrying(small_run, run.config), wall_seconds=1.0, seconds_per_frame=0.1)
     page.goto(report_of(renamed))
     page.wait_for_selector("#viewer-body", state="visible")
     assert HOSTILE in page.locator("h1").inner_text()

@@ -34,66 +34,71 @@ def reference() -> pd.DataFrame:
 
 
 def test_the_same_runs_are_the_same(reference):
-    found = ensemble.compare("fig5", members(range(3)), reference)
+    found = ensemble.compare_with_reference("fig5", members(range(3)), reference)
     assert (found.state, found.measured) == (OK, "every number is the same")
     assert "margin" in found.note and "power" in found.note
 
 
 def test_rounding_alone_is_left_alone(reference):
     """In all but the few that its level allows."""
-    states = [ensemble.compare("fig5", members(range(3), rounding=n), reference).state for n in range(40)]
+    states = [
+        ensemble.compare_with_reference("fig5", members(range(3), rounding=n), reference).state for n in range(40)
+    ]
     assert states.count(OK) >= 39
 
 
 @pytest.mark.parametrize("measure", ["lump_fraction", "fragments"])
 def test_a_shift_within_what_other_seeds_do_is_noticed_by_pairs(reference, measure):
     """Half of what a seed does, in one cell of six: pairs notice it, means alone would not."""
-    found = ensemble.compare("fig5", members(range(3), rounding=5, shift=0.5 * SPREAD, measure=measure), reference)
+    found = ensemble.compare_with_reference(
+        "fig5", members(range(3), rounding=5, shift=0.5 * SPREAD, measure=measure), reference
+    )
     assert found.state == REGRESSED and f"{measure} at 530, paper" in found.measured
     assert "no more than other seeds would do" in found.note
 
 
 def test_a_shift_beyond_other_seeds_is_said_to_be(reference):
-    found = ensemble.compare("fig5", members(range(3), shift=10 * SPREAD), reference)
+    found = ensemble.compare_with_reference("fig5", members(range(3), shift=10 * SPREAD), reference)
     assert found.state == REGRESSED and found.note.startswith("more than other seeds")
 
 
 def test_other_members_are_noticed(reference):
     """Other snow under the same seed is another result, and no other ensemble."""
     others = members(range(100, 103)).assign(seed=np.repeat(range(3), len(CELLS)))
-    found = ensemble.compare("fig5", others, reference)
+    found = ensemble.compare_with_reference("fig5", others, reference)
     assert found.state == REGRESSED and found.note.startswith("no more than other seeds")
 
 
 def test_what_lacks_is_not_measured(reference):
-    assert ensemble.compare("fig6", members(range(3)), reference).state == NOT_MEASURED
+    assert ensemble.compare_with_reference("fig6", members(range(3)), reference).state == NOT_MEASURED
     assert (
-        ensemble.compare("fig5", members(range(ensemble.SEEDS - 1, ensemble.SEEDS + 2)), reference).state
+        ensemble.compare_with_reference("fig5", members(range(ensemble.SEEDS - 1, ensemble.SEEDS + 2)), reference).state
         == NOT_MEASURED
     )
     fewer = members(range(3)).query("pressure > 400")
-    assert ensemble.compare("fig5", fewer, reference).state == NOT_MEASURED
+    assert ensemble.compare_with_reference("fig5", fewer, reference).state == NOT_MEASURED
 
 
 def test_a_number_that_is_none_is_no_result(reference):
     found = members(range(3))
     found.loc[4, "broken_bonds"] = np.nan
-    assert ensemble.compare("fig5", found, reference).state == FAILED
+    assert ensemble.compare_with_reference("fig5", found, reference).state == FAILED
 
 
 def test_the_power_is_what_it_says(reference):
     """How often a shift of SHIFT in one cell is noticed among other roundings."""
     caught = [
-        ensemble.compare("fig5", members(range(3), rounding=n, shift=ensemble.SHIFT), reference).state == REGRESSED
+        ensemble.compare_with_reference("fig5", members(range(3), rounding=n, shift=ensemble.SHIFT), reference).state
+        == REGRESSED
         for n in range(20)
     ]
-    told = ensemble.compare("fig5", members(range(3)), reference).note
+    told = ensemble.compare_with_reference("fig5", members(range(3)), reference).note
     assert f"power: {np.mean(caught):.0%}" in told
 
 
 def test_what_a_new_reference_changes_is_told(reference):
-    (new,) = ensemble.changes(pd.DataFrame(), reference)
+    (new,) = ensemble.describe_changes(pd.DataFrame(), reference)
     assert new == f"fig5: {len(reference)} runs, new"
     after = reference.assign(lump_fraction=reference["lump_fraction"] + 0.25)
-    (told,) = ensemble.changes(reference, after)
+    (told,) = ensemble.describe_changes(reference, after)
     assert "largest change 0.25" in told

@@ -1,7 +1,7 @@
 """What a check's findings come to, and how they are told."""
 
 import json
-from xml.etree import ElementTree
+from xml.etree import ElementTree as ET
 
 import pytest
 
@@ -14,8 +14,8 @@ from snowrepro.checks.finding import (
     OK,
     REGRESSED,
     Finding,
-    exit_code,
-    within,
+    check_bound,
+    choose_exit_code,
 )
 from snowrepro.errors import ExitCode
 
@@ -37,22 +37,22 @@ def of(*states: str) -> list[Finding]:
     ],
 )
 def test_the_gravest_finding_decides_the_exit_code(states, code):
-    assert exit_code(of(*states)) == code
+    assert choose_exit_code(of(*states)) == code
 
 
 def test_a_bound_is_kept_or_not_and_nan_is_not():
-    assert within(0, "x", 1.0, 1.0, "m").state == OK
-    assert within(0, "x", 1.1, 1.0, "m").state == REGRESSED
-    assert within(0, "x", float("nan"), 1.0, "m").state == REGRESSED
+    assert check_bound(0, "x", 1.0, 1.0, "m").state == OK
+    assert check_bound(0, "x", 1.1, 1.0, "m").state == REGRESSED
+    assert check_bound(0, "x", float("nan"), 1.0, "m").state == REGRESSED
 
 
 def test_every_output_tells_every_finding(tmp_path):
     """JSON and JUnit are well formed whatever the text; the Markdown names what is wrong first."""
     findings = of(OK, MOVED, REGRESSED, FAILED, NOT_MEASURED)
-    outputs.write(findings, {"machine": "a & b"}, tmp_path)
+    outputs.write_findings(findings, {"machine": "a & b"}, tmp_path)
     said = json.loads((tmp_path / "check.json").read_text())
     assert (said["exit_code"], said["finished"], len(said["findings"])) == (1, True, 5)
-    (suite,) = ElementTree.parse(tmp_path / "check.xml").getroot()
+    (suite,) = ET.parse(tmp_path / "check.xml").getroot()
     counts = [suite.get(name) for name in ("tests", "failures", "errors", "skipped")]
     assert counts == ["5", "1", "1", "1"]
     cases = suite.findall("testcase")

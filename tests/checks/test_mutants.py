@@ -18,7 +18,7 @@ def trial(mutant: Mutant, **states: str) -> Trial:
 
 
 def test_the_list_has_what_it_takes():
-    listed = mutants.read_list()
+    listed = mutants.read_mutants()
     assert sum(mutant.is_defect for mutant in listed) >= 20
     assert sum(not mutant.is_defect for mutant in listed) >= 8
     assert {mutant.tier for mutant in listed} == {0, 2, 3, 4, None}
@@ -27,7 +27,7 @@ def test_the_list_has_what_it_takes():
         assert mutant.tiers(full=True) == [*TIERS]
 
 
-@pytest.mark.parametrize("mutant", mutants.read_list(), ids=lambda mutant: mutant.name)
+@pytest.mark.parametrize("mutant", mutants.read_mutants(), ids=lambda mutant: mutant.name)
 def test_each_change_can_be_made(mutant):
     """Its text stands where it says, once: the list has not rotted."""
     edit = mutant.edit
@@ -37,9 +37,9 @@ def test_each_change_can_be_made(mutant):
 
 
 def test_a_text_that_is_gone_is_not_tried(tmp_path):
-    (found,) = mutants.try_all([DEFECT], tmp_path, tmp_path / "store", False, 1)
+    (found,) = mutants.try_mutants([DEFECT], tmp_path, tmp_path / "store", False, 1)
     assert "stands 0 times in mpm/solver.py" in found.problem and found.verdict == "NOT TRIED"
-    assert mutants.exit_code([found]) == ExitCode.INCOMPLETE
+    assert mutants.choose_exit_code([found]) == ExitCode.INCOMPLETE
 
 
 @pytest.mark.parametrize(
@@ -58,16 +58,16 @@ def test_a_text_that_is_gone_is_not_tried(tmp_path):
 def test_a_defect_is_caught_by_its_own_tier_and_a_harmless_change_by_none(tried, verdict):
     assert tried.verdict == verdict
     right = verdict in ("caught", "left alone")
-    assert mutants.exit_code([tried]) == (ExitCode.FINE if right else ExitCode.REGRESSED)
+    assert mutants.choose_exit_code([tried]) == (ExitCode.FINE if right else ExitCode.REGRESSED)
 
 
 def test_the_table_names_what_went_wrong(tmp_path):
     listed = [
-        next(m for m in mutants.read_list() if m.tier == 2),
-        next(m for m in mutants.read_list() if m.tier is None),
+        next(m for m in mutants.read_mutants() if m.tier == 2),
+        next(m for m in mutants.read_mutants() if m.tier is None),
     ]
     trials = [trial(listed[0], t1=MOVED, t2=OK), trial(listed[1], t0=OK, t3=REGRESSED)]
-    mutants.write(trials, {"machine": "m"}, tmp_path)
+    mutants.write_trials(trials, {"machine": "m"}, tmp_path)
     text = (tmp_path / "index.md").read_text()
     assert "0 of 1 defects caught by their tier, 1 of 1 harmless changes flagged" in text
     assert "**MISSED**" in text and "**FLAGGED**" in text

@@ -3,9 +3,9 @@
 import pandas as pd
 import pytest
 
-from snowrepro.analysis import claims
 from snowrepro.checks import verdicts
 from snowrepro.checks.finding import CONTRADICTED, FAILED, NOT_MEASURED, OK, REGRESSED
+from snowrepro.evidence import claims
 
 
 def row(word: str, claim: str = "C1", seeds: int = 3) -> dict:
@@ -29,12 +29,12 @@ def row(word: str, claim: str = "C1", seeds: int = 3) -> dict:
 )
 def test_a_verdict_beside_the_one_before(before, now, state):
     reference = pd.DataFrame([row(before)] if before else [])
-    (found,) = verdicts.compare(pd.DataFrame([row(now)]), reference)
+    (found,) = verdicts.compare_with_reference(pd.DataFrame([row(now)]), reference)
     assert found.state == state and found.measured == now
 
 
 def test_only_runs_of_the_same_size_are_compared():
-    (found,) = verdicts.compare(
+    (found,) = verdicts.compare_with_reference(
         pd.DataFrame([row(claims.REPRODUCED)]), pd.DataFrame([row(claims.REPRODUCED, seeds=10)])
     )
     assert found.state == NOT_MEASURED
@@ -43,7 +43,7 @@ def test_only_runs_of_the_same_size_are_compared():
 def test_what_a_new_reference_changes_is_told():
     before = pd.DataFrame([row(claims.REPRODUCED), row(claims.REPRODUCED, "C2")])
     after = pd.DataFrame([row(claims.REPRODUCED), row(claims.INCONCLUSIVE, "C2"), row(claims.REPRODUCED, "C3")])
-    assert verdicts.changes(before, after) == [
+    assert verdicts.describe_changes(before, after) == [
         "fig5, preview, 3, C2: REPRODUCED -> INCONCLUSIVE",
         "fig5, preview, 3, C3: new -> REPRODUCED",
     ]

@@ -13,11 +13,12 @@ import pytest
 from PIL import Image
 
 from snowrepro.cli import main
-from snowrepro.composition import compose
-from snowrepro.report.drawing import LUMPS, SNOW
-from snowrepro.report.paint import PAINTS
-from snowrepro.report.stage import TITLE, Stage
-from snowrepro.store import runs
+from snowrepro.composition.compose import compose
+from snowrepro.report.drawing.colouring import COLOURINGS
+from snowrepro.report.drawing.common import LUMPS, SNOW
+from snowrepro.report.film.stage import TITLE, Stage
+from snowrepro.store.run import Run
+from tests.configs import carrying, changed
 from tests.conftest import SMALL
 
 SHOWN = range(16, 61, 4)  # stored frames from late in the pressing on
@@ -29,7 +30,7 @@ BOTH = [*SMALL, "pressure=3000", "sintering=paper,none"]  # the second of them i
 def stored(small_run, small_config, tmp_path, monkeypatch) -> Path:
     """An empty working folder but for a store that holds the small run; returns its file."""
     monkeypatch.chdir(tmp_path)
-    return runs.save(small_run, small_config.model_copy(update={"store": "runs"}), wall_seconds=1.0)
+    return Run(changed(small_config, store="runs")).save(small_run, wall_seconds=1.0)
 
 
 @pytest.fixture
@@ -114,7 +115,7 @@ def test_fps_speed_and_start(animate, stored):
     assert seconds("a.gif") == pytest.approx(len(shown) / 5)
 
 
-@pytest.mark.parametrize("by", PAINTS)
+@pytest.mark.parametrize("by", COLOURINGS)
 def test_every_colouring(animate, stored, by):
     """Each makes pictures, in which snow is where it was not before."""
     code, said = animate(str(stored), "--out", "a.gif", "--by", by, "--fps", "2", "--width", "240")
@@ -139,7 +140,7 @@ def test_runs_are_in_step_and_hold_their_end(animate, stored, small_run, small_c
     """A run of 40 frames beside one of 60: both move until then, one alone after."""
     short = small_run.sel(snapshot=slice(0, 40), frame=slice(0, 40))
     config = compose([*SMALL, "pressure=3000", "loading.frames=40"])
-    short.assign_attrs(config=config.model_dump_json()).to_netcdf("short.nc")
+    carrying(short, config).to_netcdf("short.nc")
     code, said = animate(str(stored), "short.nc", "--by", "snow", "--width", "600", "--out", "a.gif")
     assert code == 0, said
     shown = pictures("a.gif")
@@ -166,7 +167,7 @@ def test_no_ffmpeg(animate, stored, monkeypatch):
 def test_an_interrupted_one_leaves_nothing(animate, stored, monkeypatch, name):
     """Neither the file nor a scratch file."""
     drawn = []
-    picture = Stage.picture
+    picture = Stage.draw_picture
 
     def interrupted(self, now):
         drawn.append(now)
@@ -174,7 +175,7 @@ def test_an_interrupted_one_leaves_nothing(animate, stored, monkeypatch, name):
             raise KeyboardInterrupt
         return picture(self, now)
 
-    monkeypatch.setattr(Stage, "picture", interrupted)
+    monkeypatch.setattr(Stage, "draw_picture", interrupted)
     code, _ = animate(str(stored), "--out", name, "--width", "200", "--fps", "25")
     assert code == 130
     assert [path.name for path in Path().iterdir()] == ["runs"]

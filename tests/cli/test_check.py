@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
-from xml.etree import ElementTree
+from xml.etree import ElementTree as ET
 
 import pandas as pd
 import pytest
@@ -31,7 +31,7 @@ def clone(tmp_path) -> Path:
     """The program as a git clone with one commit."""
     folder = tmp_path / "clone"
     folder.mkdir()
-    mutants.copy_of_program(folder)
+    mutants.copy_program(folder)
     git(folder, "init", "--quiet")
     commit(folder)
     return folder
@@ -67,7 +67,7 @@ def test_fine(snowrepro, tmp_path):
     ]
     said = json.loads((tmp_path / "reports/check/check.json").read_text())
     assert said["finished"] and said["exit_code"] == 0 and {f["tier"] for f in said["findings"]} == {1, 2}
-    assert ElementTree.parse(tmp_path / "reports/check/check.xml").getroot().findall(".//testcase")
+    assert ET.parse(tmp_path / "reports/check/check.xml").getroot().findall(".//testcase")
 
 
 def test_an_unknown_platform_falls_to_tier_2_and_says_so(snowrepro, references):
@@ -118,8 +118,8 @@ def test_a_broken_reference_is_bad_input(snowrepro, references, name):
 
 def test_runs_failed(tmp_path, references):
     """Exit code 3: a program whose time step may not fall as far as it has to."""
-    mutants.copy_of_program(tmp_path / "copy")
-    mutants.change(tmp_path / "copy", Edit("conf/solver/apic.yaml", "max_substeps: 20000", "max_substeps: 2"))
+    mutants.copy_program(tmp_path / "copy")
+    mutants.apply_edit(tmp_path / "copy", Edit("conf/solver/apic.yaml", "max_substeps: 20000", "max_substeps: 2"))
     done = of_clone(tmp_path / "copy", "check", "--tier", "2", *ONE, "--baseline", str(references))
     assert done.returncode == 3
     assert "2  RUN FAILED    sintered: diverged in frame" in done.stdout
@@ -205,12 +205,12 @@ def test_the_figures_are_what_they_were(snowrepro, references):
         path.write_text(kept)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_defect_is_caught_in_a_copy_of_the_program(tmp_path):
     """From the list to the verdict; asked again, it is remembered."""
-    (defect,) = (mutant for mutant in mutants.read_list() if mutant.name == "C1 x 1.1")
+    (defect,) = (mutant for mutant in mutants.read_mutants() if mutant.name == "C1 x 1.1")
     for _ in range(2):
-        (tried,) = mutants.try_all([defect], BASELINE, tmp_path / "store", False, 1)
+        (tried,) = mutants.try_mutants([defect], BASELINE, tmp_path / "store", False, 1)
         assert tried.verdict == "caught", tried.problem
     assert len(list((tmp_path / "store/mutants").glob("*.json"))) == 1
     assert not list((tmp_path / "store/mutants").glob("of-*"))

@@ -173,6 +173,7 @@ def test_claims_with_a_failed_run_are_not_run(snowrepro, tmp_path):
         (["experiment=fig5", "seeds=2", "seeds=3"], "seeds: should be one whole number of at least 1 (got 2, 3)"),
         (["experiment=fig5", "seed=1"], "leave out the override of seed"),
         (["experiment=table1"], "claims are not judged by 'table1'"),
+        (["experiment=fig2", "seeds=3"], "claims are not judged by 'fig2', but by a strip or grid"),
         (["experiment=fig5", "store=/proc/nowhere"], "cannot write into the folder '/proc/nowhere'"),
     ],
 )
@@ -225,9 +226,10 @@ def test_kill_9_stores_nothing_and_the_next_call_mends_it(snowrepro, tmp_path):
     assert not list(tmp_path.glob("runs/.work/*/progress.json"))
 
 
-def test_own_options_as_the_readme_shows(snowrepro, tmp_path):
+def test_own_options_as_the_documentation_shows(snowrepro, tmp_path):
     """Its floor of points and snow of an SVG path, in one run, in a sweep, and in the list of names."""
-    blocks = re.findall(r"```yaml\n# (conf/(?!hydra)\S+)\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    page = (ROOT / "docs" / "scenes.md").read_text()
+    blocks = re.findall(r"```yaml\n# (conf/(?!hydra)\S+)\n(.*?)```", page, re.DOTALL)
     assert [name for name, _ in blocks] == ["conf/floor/gutter.yaml", "conf/shape/drop.yaml"]
     for name, text in blocks:
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)

@@ -12,9 +12,11 @@ import pytest
 import xarray as xr
 
 from snowrepro.cli import main
-from snowrepro.composition import compose
-from snowrepro.store import manifest, runs
+from snowrepro.composition.compose import compose
+from snowrepro.store import manifest
 from snowrepro.store.bits import digests
+from snowrepro.store.run import Run, open_run
+from tests.configs import carrying, changed
 from tests.conftest import SMALL
 
 
@@ -23,8 +25,8 @@ def made(small_run, tmp_path):
     """Store the small run, or a changed one, as another machine would have; returns its folder, not that of a test."""
 
     def stored(dataset: xr.Dataset = small_run) -> Path:
-        config = compose([*SMALL, "pressure=3000", f"store={tmp_path}/elsewhere/runs"])
-        return runs.save(dataset.assign_attrs(config=config.model_dump_json()), config, wall_seconds=1.0).parent
+        run = Run(compose([*SMALL, "pressure=3000", f"store={tmp_path}/elsewhere/runs"]))
+        return run.save(carrying(dataset, run.config), wall_seconds=1.0).parent
 
     return stored
 
@@ -33,8 +35,8 @@ def made(small_run, tmp_path):
 def redone(small_run, small_config, tmp_path_factory) -> tuple[subprocess.CompletedProcess, Path]:
     """The small run redone once, from the manifest alone, in a folder without anything else; what was said."""
     place = tmp_path_factory.mktemp("redo")
-    config = small_config.model_copy(update={"store": str(tmp_path_factory.mktemp("elsewhere"))})
-    path = alone(runs.save(small_run, config, wall_seconds=1.0).parent, place)
+    run = Run(changed(small_config, store=str(tmp_path_factory.mktemp("elsewhere"))))
+    path = alone(run.save(small_run, wall_seconds=1.0).parent, place)
     command = [sys.executable, "-m", "snowrepro", "redo", path.name]
     return subprocess.run(command, cwd=place, capture_output=True, text=True, timeout=300), place
 
@@ -68,7 +70,7 @@ def test_checksums_of_arrays_are_of_bits_alone(made, small_run):
     """The same from memory, from the file, in any byte order; one bit, one type or one dimension makes another."""
     folder = made()
     expected = manifest.read(folder)["arrays"]
-    with runs.open_run(folder) as opened:
+    with open_run(folder) as opened:
         assert digests(opened) == expected == digests(small_run)
     assert set(expected) == set(map(str, small_run.variables))
     swapped = small_run.assign(density=small_run["density"].astype(">f4"))
@@ -91,7 +93,7 @@ def test_the_same_bits_from_the_manifest_alone(redone, small_run, small_config):
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines()[-1] == f"the same bits: {len(small_run.variables)} arrays"
     assert sorted(path.name for path in place.iterdir()) == ["manifest.json", "redone"]
-    result = place / "redone" / runs.identify(small_config)
+    result = place / "redone" / Run(small_config).id
     assert {"run.nc", "run.log", "manifest.json"} <= {path.name for path in result.iterdir()}
     assert manifest.read(result)["command"] == "snowrepro redo manifest.json"
 
@@ -131,9 +133,9 @@ def test_a_tampered_checksum_of_an_array_is_named(redo, made, tmp_path):
     """Also where the result is beside and agrees; and an array that is lost or new."""
     folder = made()
     arrays = manifest.read(folder)["arrays"]
-    changed = {**arrays, "position": "0" * 64, "temperature": "0" * 64}
-    del changed["volume"]
-    path = alone(folder, tmp_path / "alone", arrays=changed)
+    other = {**arrays, "position": "0" * 64, "temperature": "0" * 64}
+    del other["volume"]
+    path = alone(folder, tmp_path / "alone", arrays=other)
     for _ in range(2):
         code, lines, _ = redo("alone")
         assert code == 1

@@ -49,6 +49,11 @@ def workers_of(process: subprocess.Popen) -> list[psutil.Process]:
     return [child for child in children if any("/run.log" in file.path for file in _open_files(child))]
 
 
+def count_begun(folder: Path) -> int:
+    """How many unfinished runs have logged that they begin."""
+    return sum("INFO run " in log.read_text() for log in folder.glob("runs/.work/*/run.log"))
+
+
 def _open_files(process: psutil.Process) -> list:
     try:
         return process.open_files()
@@ -103,7 +108,7 @@ def test_a_sweep_whose_launcher_is_killed_twenty_times(tmp_path):
 def test_a_killed_worker_costs_one_retry(tmp_path):
     """The run goes on in another process, and the sweep ends well."""
     process = start(tmp_path, "run", *FOUR, "hydra.launcher.workers=2")
-    wait_for(lambda: workers_of(process), process)
+    wait_for(lambda: count_begun(tmp_path) == 2 and workers_of(process), process)
     workers_of(process)[0].kill()
     _, errors = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0, errors

@@ -84,7 +84,7 @@ def queue(cluster: Cluster) -> str:
     return subprocess.run(["squeue", "-h"], env=cluster.env, capture_output=True, text=True, check=True).stdout
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_six_runs_arrive(cluster, tmp_path):
     """Six results and the report; the second call computes nothing."""
     assert start(cluster, tmp_path).wait(PATIENCE) == 0, said(tmp_path)
@@ -95,7 +95,7 @@ def test_six_runs_arrive(cluster, tmp_path):
     assert finished(tmp_path) == stamps
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_killed_worker_costs_no_finished_run(cluster, tmp_path):
     """kill -9 of a worker in mid-run: at the latest the second call has all six, and none is computed again."""
     store = tmp_path / "store"
@@ -119,7 +119,7 @@ def test_a_killed_worker_costs_no_finished_run(cluster, tmp_path):
     assert {path: finished(tmp_path)[path] for path in early} == early
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_an_own_cluster_file_is_found(cluster, tmp_path):
     """conf/hydra/launcher/mycluster.yaml of the working folder stands on ours, and its runs arrive."""
     own = tmp_path / "conf" / "hydra" / "launcher"
@@ -131,7 +131,7 @@ def test_an_own_cluster_file_is_found(cluster, tmp_path):
     assert len(finished(tmp_path)) == 2
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_job_array_needs_no_process_that_waits(slurm, tmp_path):
     """plan --sbatch, sbatch, nothing else: all runs are there when the queue is empty; then nothing is to be run."""
     env = {**slurm.env, "PYTHONPATH": str(ROOT)}

@@ -6,8 +6,8 @@ import warnings
 import pytest
 from omegaconf import DictConfig
 
-from snowrepro import composition
-from snowrepro.composition import CONF_DIR, compose_raw
+from snowrepro.composition import messages
+from snowrepro.composition.compose import CONF_DIR, compose_raw
 from snowrepro.errors import ConfigError
 from snowrepro.sweep import launch
 from snowrepro.sweep.plan import make_plan
@@ -52,6 +52,6 @@ def test_a_launcher_that_is_not_installed_is_said(monkeypatch, tmp_path):
     plan = make_plan(["pressure=1,2", "hydra/launcher=ray", f"store={tmp_path}"], True)
     monkeypatch.setattr(launch.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(ConfigError, match=r"pip install 'snowrepro\[ray\]'"):
-        launch.launch(plan, plan.runs, memory_mb=400)
+        launch.launch(plan, plan.planned, memory_mb=400)
     hydras = "In 'hydra/launcher/slurm': Could not load 'hydra/launcher/submitit_slurm'."  # as it says it
-    assert composition._one_message(ValueError(hydras)).endswith("pip install 'snowrepro[slurm]'")
+    assert messages.one_message(ValueError(hydras)).endswith("pip install 'snowrepro[slurm]'")

@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
-from snowrepro.composition import compose
+from snowrepro.composition.compose import compose
 from snowrepro.errors import ConfigError, Diverged
-from snowrepro.mpm import diagnostics, solver
+from snowrepro.mpm import solver
 from snowrepro.mpm.laws import laws_of
+from snowrepro.mpm.ledger import unclosed_share
+from snowrepro.run import simulate
 from snowrepro.scene.build import build_scene
-from snowrepro.simulation import simulate
 from tests.conftest import SMALL
 from tests.validation.test_restart import assert_same_bits
 
@@ -50,7 +51,7 @@ def test_atomic_sums_agree_and_cannot_be_called_deterministic(small_run):
     assert furthest(atomic, small_run, IMPACT) < 1e-4
     with pytest.raises(ConfigError, match=r"deterministic=true cannot be had .*fixed_point"):
         compose(["solver.summation=atomic", "threads=2"])
-    assert compose(["solver.summation=atomic"]).deterministic  # one thread has one order
+    assert compose(["solver.summation=atomic"]).execution.deterministic  # one thread has one order
 
 
 def test_single_precision_follows_double(small_run):
@@ -68,7 +69,7 @@ def test_each_transfer_conserves(transfer, spline):
     scale = float(abs(other.momentum_y).max())
     assert float(abs(other.unclosed_momentum_x).max()) < 1e-13 * scale
     assert float(abs(other.unclosed_momentum_y).max()) < 1e-13 * scale
-    assert diagnostics.unclosed_share(other.isel(frame=slice(21, None))) < 0.02
+    assert unclosed_share(other.isel(frame=slice(21, None))) < 0.02
     assert float(other.J_P.min()) < 0.9  # it has hit the floor and yielded
 
 
@@ -83,11 +84,11 @@ def test_pic_loses_most_and_flip_least(small_run):
 
 def test_fixed_point_sums_hold_what_the_time_step_allows():
     """The fastest speed that max_substeps allows, of a thousand particles on one node, fits into 63 bits."""
-    config = compose(["solver.summation=fixed_point"])
-    laws = laws_of(config)
+    case = compose(["solver.summation=fixed_point"]).case
+    laws = laws_of(case)
     fastest = laws.cfl * laws.dx * laws.max_substeps / laws.frame_time
-    assert 1000 * build_scene(config).mass * fastest / laws.momentum_quantum < 2**62
-    assert laws.momentum_quantum / build_scene(config).mass < 1e-9 * fastest
+    assert 1000 * build_scene(case).mass * fastest / laws.momentum_quantum < 2**62
+    assert laws.momentum_quantum / build_scene(case).mass < 1e-9 * fastest
 
 
 @pytest.mark.parametrize(
@@ -127,10 +128,10 @@ def test_a_gpu_that_is_not_there_is_refused():
 @pytest.mark.parametrize("summation", ["in_order", "fixed_point"])
 def test_an_unsound_particle_ends_the_run_by_name(small_config, summation, name, value, cause):
     """The first of them is named, with its place and what is wrong, by either driver."""
-    config = compose([*SMALL, f"solver.summation={summation}"])
-    solver.start_taichi(config)
-    laws = laws_of(config)
-    particles, nodes, ledger = solver.allocate(config, build_scene(config), laws)
+    case = compose([*SMALL, f"solver.summation={summation}"]).case
+    solver.start_taichi(case.solver, threads=1)
+    laws = laws_of(case)
+    particles, nodes, ledger = solver.allocate(case, build_scene(case), laws)
     values = particles.read(name)
     for p in (9, 7):
         values[p] = np.array([[value, 0], [0, 1]]) if name == "F_E" else value

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from snowrepro.composition import compose
-from snowrepro.simulation import simulate
+from snowrepro.composition.compose import compose
+from snowrepro.run import simulate
 from tests.conftest import SMALL
 
 

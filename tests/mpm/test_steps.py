@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import taichi as ti
 
-from snowrepro.composition import compose
+from snowrepro.composition.compose import compose
 from snowrepro.errors import Diverged
 from snowrepro.mpm import serial, solver, steps, transfer
 from snowrepro.mpm.laws import Laws, laws_of
@@ -18,8 +18,8 @@ SPLINES = ("quadratic", "cubic")
 
 
 def laws(spline: str, dx: float = 1.0, **changes) -> Laws:
-    config = compose([f"solver.spline={spline}"])
-    return dataclasses.replace(laws_of(config), dx=dx, **changes)
+    case = compose([f"solver.spline={spline}"]).case
+    return dataclasses.replace(laws_of(case), dx=dx, **changes)
 
 
 def cloud(count: int, dx: float, seed: int = 0) -> dict[str, np.ndarray]:
@@ -208,8 +208,9 @@ def test_volume_from_the_grid(taichi, small_config):
     """Step 2: inside the body the grid's density is the sampled one; at the edge it is lower."""
     from snowrepro.scene.build import build_scene
 
-    scene = build_scene(small_config)
-    particles, _, _ = solver.allocate(small_config, scene, laws_of(small_config))
+    case = small_config.case
+    scene = build_scene(case)
+    particles, _, _ = solver.allocate(case, scene, laws_of(case))
     density = particles.read("mass") / particles.read("volume")
     assert np.median(density[scene.depth > 6]) == pytest.approx(100, rel=0.01)
     assert density[scene.depth < 1].mean() < 85
@@ -220,8 +221,9 @@ def test_what_stops_being_finite_is_a_failure(taichi, small_config, name, value)
     """A particle that is not a number, or off the grid, ends the run with its number, frame and time."""
     from snowrepro.scene.build import build_scene
 
-    numbers = laws_of(small_config)
-    particles, nodes, ledger = solver.allocate(small_config, build_scene(small_config), numbers)
+    case = small_config.case
+    numbers = laws_of(case)
+    particles, nodes, ledger = solver.allocate(case, build_scene(case), numbers)
     values = particles.read(name)
     values[7, 0] = value
     particles.write(name, values)

@@ -9,6 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from snowrepro.physics import elasticity, plasticity, sintering
+from snowrepro.physics.maxima import maximum_moduli
 from tests import twin
 
 pytestmark = pytest.mark.usefixtures("taichi")
@@ -193,7 +194,7 @@ def test_eq2_by_hand():
 
 def test_eq6_eq7_eq8_by_hand():
     """rho_r0 = 1/7, C3 = -9: E_max = 1.4e5 e^(54/7); Eq. 7 gives back E0, nu0; at 300 kg/m^3 E = 1.4e5 e^(18/7)."""
-    E_max, nu_max = sintering.maximum_moduli(1.4e5, 0.2, 1 / 7, -9, as_printed=False)
+    E_max, nu_max = maximum_moduli(1.4e5, 0.2, 1 / 7, -9, as_printed=False)
     assert E_max == pytest.approx(1.4e5 * math.exp(54 / 7), rel=1e-14)
     assert nu_max == pytest.approx(0.2 * math.sqrt(19), rel=1e-14)
     assert sintered("young", 1 / 7, E_max, -9.0, 0, 0, 0) == pytest.approx(1.4e5, rel=1e-13)
@@ -206,7 +207,7 @@ def test_eq6_eq7_eq8_by_hand():
 @given(st.floats(0.05, 0.95), st.floats(-16.0, 16.0), st.floats(0.0, 0.45))
 def test_eq7_starts_where_eq8_was_told(rho_r0, C3, nu0):
     """Whatever the initial density: E and nu are E0 and nu0 there, and E is E_max in ice, at rho_r = 1."""
-    E_max, nu_max = sintering.maximum_moduli(1.4e5, nu0, rho_r0, C3, as_printed=False)
+    E_max, nu_max = maximum_moduli(1.4e5, nu0, rho_r0, C3, as_printed=False)
     assert sintered("young", rho_r0, E_max, C3, 0, 0, 0) == pytest.approx(1.4e5, rel=1e-13)
     assert sintered("young", 1.0, E_max, C3, 0, 0, 0) == E_max
     assert sintered("poisson", rho_r0, nu_max, 0, 0, 0, 0) == pytest.approx(nu0, rel=1e-14)
@@ -214,7 +215,7 @@ def test_eq7_starts_where_eq8_was_told(rho_r0, C3, nu0):
 
 def test_eq8_as_printed():
     """With 3 - rho_r as printed, nu starts at 0.2 sqrt(20/19) = 0.2052, not at 0.2."""
-    _, nu_max = sintering.maximum_moduli(1.4e5, 0.2, 1 / 7, -9, as_printed=True)
+    _, nu_max = maximum_moduli(1.4e5, 0.2, 1 / 7, -9, as_printed=True)
     assert nu_max == pytest.approx(0.2 * math.sqrt(20), rel=1e-14)
     assert sintered("poisson", 1 / 7, nu_max, 0, 0, 0, 0) == pytest.approx(0.2 * math.sqrt(20 / 19), rel=1e-14)
 

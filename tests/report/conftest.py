@@ -2,7 +2,6 @@
 
 import pytest
 
-from snowrepro.store import runs
 from snowrepro.store.provenance import provenance
 
 MADE_BY = provenance()
@@ -11,4 +10,4 @@ MADE_BY = provenance()
 @pytest.fixture(autouse=True)
 def _no_git(monkeypatch):
     """One look at the clone is enough."""
-    monkeypatch.setattr(runs, "provenance", lambda: MADE_BY)
+    monkeypatch.setattr("snowrepro.store.run.provenance", lambda: MADE_BY)

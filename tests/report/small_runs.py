@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from snowrepro.composition import compose
-from snowrepro.config import Config
-from snowrepro.store import runs
+from snowrepro.composition.compose import compose
+from snowrepro.store.run import Run
+from tests.configs import carrying
 from tests.conftest import SMALL
 
 SHAKEN_FROM = 48  # frame
@@ -35,18 +35,15 @@ def vanishing(run: xr.Dataset) -> xr.Dataset:
     return run.assign(position=position, mass=mass)
 
 
-def saved(run: xr.Dataset, folder: Path, vanish: bool = True) -> list[Config]:
+def saved(run: xr.Dataset, folder: Path, vanish: bool = True) -> list[Run]:
     """Four finished runs in a store, in the paper's order; the last has unequal masses and loses particles if asked."""
-    configs = []
+    runs = []
     for seed, ((sintering, pressure), part) in enumerate(SHAKEN.items()):
         options = ["experiment=fig5", "experiment.frames=[0,20,60]", f"store={folder}", f"reports={folder}/reports"]
-        config = compose([*SMALL, *options, f"sintering={sintering}", f"pressure={pressure}"])
-        made = shaken(run, part, seed).assign_attrs(config=config.model_dump_json())
-        runs.save(
-            vanishing(made) if vanish and seed == len(SHAKEN) - 1 else made,
-            config,
-            wall_seconds=2.0,
-            seconds_per_frame=0.1,
+        stored = Run(compose([*SMALL, *options, f"sintering={sintering}", f"pressure={pressure}"]))
+        made = carrying(shaken(run, part, seed), stored.config)
+        stored.save(
+            vanishing(made) if vanish and seed == len(SHAKEN) - 1 else made, wall_seconds=2.0, seconds_per_frame=0.1
         )
-        configs.append(config)
-    return configs
+        runs.append(stored)
+    return runs

@@ -9,10 +9,10 @@ import pandas as pd
 import pytest
 from matplotlib.image import imread
 
-from snowrepro.config import Config
-from snowrepro.report.claims import screen
-from snowrepro.report.evidence import gathered
-from snowrepro.report.strip import Row
+from snowrepro.evidence.gather import gather_evidence
+from snowrepro.report.figures.strip import Row
+from snowrepro.report.sections.claims import format_for_screen
+from snowrepro.store.run import Run
 from snowrepro.sweep.plan import make_claims_plan, make_plan
 from tests.report.reports import fill, paper_like, reported
 
@@ -20,16 +20,18 @@ from tests.report.reports import fill, paper_like, reported
 @pytest.fixture
 def judged(tmp_path, monkeypatch):
     """Judge an experiment with these lumps; returns its report and claims.json."""
-    monkeypatch.setattr("snowrepro.report.grid._draw_sheets", lambda _: [])  # these runs have no snow
-    monkeypatch.setattr("snowrepro.report.strip._row", lambda config, _: Row(f"{config.pressure:g}", {}, {}, {}))
-    monkeypatch.setattr("snowrepro.report.page.gathered_runs", lambda *_: None)
-    for module in ("broken", "sensitivity"):
-        monkeypatch.setattr(f"snowrepro.report.{module}.section", lambda _: [])
+    monkeypatch.setattr("snowrepro.report.figures.grid._draw_sheets", lambda _: [])  # these runs have no snow
+    monkeypatch.setattr(
+        "snowrepro.report.figures.strip._make_row", lambda run, _: Row(f"{run.case.pressure:g}", {}, {}, {})
+    )
+    monkeypatch.setattr("snowrepro.report.page.page.embed_runs", lambda *_: None)
+    for module in ("broken", "specification"):
+        monkeypatch.setattr(f"snowrepro.report.sections.{module}.make_blocks", lambda _: [])
 
-    def judge(*overrides: str, seeds: int = 3, lumps: Callable[[Config], float | None] = paper_like):
+    def judge(*overrides: str, seeds: int = 3, lumps: Callable[[Run], float | None] = paper_like):
         folders = [f"store={tmp_path}/runs", f"reports={tmp_path}/reports"]
         plan = fill(make_claims_plan([*overrides, *folders], seeds), lumps)
-        report = reported(plan.configs, plan.overrides)
+        report = reported(plan.runs, plan.overrides)
         return report, json.loads((report.evidence.folder / "claims.json").read_text())
 
     return judge
@@ -80,7 +82,7 @@ def test_one_scene_on_disk(judged, tmp_path):
 def test_the_screen_is_readable(judged):
     """No line is wider than a terminal; each claim has statement, effect, seeds, p and verdict."""
     report, _ = judged("experiment=fig5")
-    lines = screen(report.evidence)
+    lines = format_for_screen(report.evidence)
     assert max(map(len, lines)) <= 100
     text = "\n".join(lines)
     assert "REPRODUCED (by calibration, no test)" in text.split("C1 ")[1].splitlines()[0]
@@ -104,7 +106,9 @@ def test_a_missing_run_is_not_run_and_named(judged):
     """C1 and C5 need it, C2 to C4 do not; there is no P50."""
     report, record = judged(
         "experiment=fig6",
-        lumps=lambda c: None if (c.pressure, c.seed, c.sintering.name) == (530, 2, "paper") else paper_like(c),
+        lumps=lambda run: (
+            None if (run.case.pressure, run.case.seed, run.case.arm) == (530, 2, "sintered") else paper_like(run)
+        ),
     )
     words = {v["claim"]: v["word"] for v in record["scenes"][0]["verdicts"]}
     assert [name for name, word in words.items() if word == "NOT RUN"] == ["C1", "C5"]
@@ -112,7 +116,7 @@ def test_a_missing_run_is_not_run_and_named(judged):
     assert [run["done"] for run in record["runs"]].count(False) == 1
     page = (report.evidence.folder / "index.md").read_text()
     assert "**missing** (pending): star on stair3, 530, paper, seed 2: never run" in page
-    assert "no result at 530" in "\n".join(screen(report.evidence))
+    assert "no result at 530" in "\n".join(format_for_screen(report.evidence))
 
 
 def test_all_runs_missing(judged):
@@ -122,10 +126,10 @@ def test_all_runs_missing(judged):
     assert (report.evidence.folder / "response.png").exists()
 
 
-def grid(config: Config) -> float:
+def grid(run: Run) -> float:
     """As in the paper, but the star on the triangle gives more lumps at the lowest pressure than at the next."""
-    odd = (config.shape.name, config.floor.name, config.pressure) == ("star", "triangle", 340)
-    return 0.6 if odd and config.sintering.enabled else paper_like(config)
+    odd = (run.case.shape.name, run.case.floor.name, run.case.pressure) == ("star", "triangle", 340)
+    return 0.6 if odd and run.case.sintering.enabled else paper_like(run)
 
 
 GRID = ["experiment=grid", "shape=ball,star", "floor=L,square,triangle"]
@@ -146,7 +150,7 @@ def test_scenes_are_judged_together(judged):
     assert (odd["shape"], odd["floor"]) == ("star", "triangle")
     assert odd["P50"]["note"] == "not crossed: half or more in lumps at every pressure"
     assert [v["word"] for v in odd["verdicts"]][1] == "CONTRADICTED"
-    lines = screen(report.evidence)
+    lines = format_for_screen(report.evidence)
     assert max(map(len, lines)) <= 100
     assert "REPRODUCED*" in next(line for line in lines if line.startswith("ball on L "))
     assert "CONTRADICTED-" in next(line for line in lines if line.startswith("star on triangle"))
@@ -158,8 +162,8 @@ def test_scenes_are_judged_together(judged):
 def test_one_seed_counts_scenes_and_decides_none(judged):
     """Counts with Holm's p, the scenes that disagree by name, C6's word."""
     report, _ = judged(*GRID, seeds=1, lumps=grid)
-    assert "C2 in 4 of 5" in report.findings.verdict
-    assert report.findings.verdict.endswith("C6: INCONCLUSIVE.")
+    assert "C2 in 4 of 5" in report.content.verdict
+    assert report.content.verdict.endswith("C6: INCONCLUSIVE.")
     page = (report.evidence.folder / "index.md").read_text()
     row = (
         "| C2 | With sintering, the lowest pressure gives more powder than lumps. | 4 of 5 | 0.56 | star on triangle |"
@@ -170,10 +174,10 @@ def test_one_seed_counts_scenes_and_decides_none(judged):
 def test_a_ladder_of_the_calibration_is_calibrated(tmp_path):
     """Its own sintered runs chose the pressures; without unsintered runs C4 and C5 are not run."""
     plan = make_plan(["experiment=calibration", f"store={tmp_path}"], multirun=True)
-    fill(plan, lambda c: float(np.interp(np.log(c.pressure), [4, 8.5], [0, 1])))
-    (scene,) = gathered(plan.configs, tmp_path).scenes
+    fill(plan, lambda run: float(np.interp(np.log(run.case.pressure), [4, 8.5], [0, 1])))
+    (scene,) = gather_evidence(plan.runs, tmp_path).scenes
     verdicts = {v.claim: v for v in scene.verdicts}
-    assert verdicts["C1"].shown == "REPRODUCED (by calibration, no test)"
+    assert verdicts["C1"].label == "REPRODUCED (by calibration, no test)"
     assert verdicts["C4"].word == verdicts["C5"].word == "NOT RUN"
 
 

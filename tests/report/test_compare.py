@@ -3,8 +3,8 @@
 import pandas as pd
 import pytest
 
-from snowrepro.report.compare import write_comparison
-from snowrepro.report.strip import Row
+from snowrepro.report.figures.strip import Row
+from snowrepro.report.page.compare import write_comparison
 from snowrepro.sweep.plan import make_claims_plan
 from tests.report.reports import LIKE_THE_PAPER, fill, paper_like
 
@@ -12,9 +12,11 @@ from tests.report.reports import LIKE_THE_PAPER, fill, paper_like
 @pytest.fixture
 def compared(tmp_path, monkeypatch):
     """Figure 6 with its own gravity beside another, at which lumps are as given; returns page and table."""
-    monkeypatch.setattr("snowrepro.report.strip._row", lambda config, _: Row(f"{config.pressure:g}", {}, {}, {}))
-    for module in ("broken", "sensitivity"):
-        monkeypatch.setattr(f"snowrepro.report.{module}.section", lambda _: [])
+    monkeypatch.setattr(
+        "snowrepro.report.figures.strip._make_row", lambda run, _: Row(f"{run.case.pressure:g}", {}, {}, {})
+    )
+    for module in ("broken", "specification"):
+        monkeypatch.setattr(f"snowrepro.report.sections.{module}.make_blocks", lambda _: [])
 
     def compare(lumps):
         common = ["experiment=fig6", f"store={tmp_path}/runs", f"reports={tmp_path}/reports"]
@@ -29,8 +31,8 @@ def compared(tmp_path, monkeypatch):
 def test_what_changes_comes_first(compared):
     """The verdict that flips, before those that stay; the largest difference, before the others."""
 
-    def more_at_the_lowest(config):
-        return paper_like(config) + (0.4 if config.sintering.enabled and config.pressure == 340 else 0.0)
+    def more_at_the_lowest(run):
+        return paper_like(run) + (0.4 if run.case.sintering.enabled and run.case.pressure == 340 else 0.0)
 
     page, table = compared(more_at_the_lowest)
     changes = page.split("What changes in the verdicts")[1].split("##")[0]
@@ -54,7 +56,7 @@ def test_the_same_is_said_to_be_the_same(compared):
 def test_a_run_without_a_result_is_compared_with_nothing(compared):
     """It is named with its states, is in no difference, and changes a verdict to NOT RUN, said as a change."""
     lost = next(iter(LIKE_THE_PAPER))
-    page, table = compared(lambda c: None if (c.pressure, c.seed) == (lost, 2) else paper_like(c))
+    page, table = compared(lambda run: None if (run.case.pressure, run.case.seed) == (lost, 2) else paper_like(run))
     assert len(table) == 16
     assert "Cells without a result on one side, or with other kinds of result: 2." in page
     assert page.split("What changes in the verdicts")[1].split("##")[0].count("B **NOT RUN**") >= 3

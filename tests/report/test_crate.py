@@ -13,7 +13,7 @@ import xarray as xr
 
 from snowrepro import open_sweep
 from snowrepro.cli import main
-from snowrepro.store import manifest, runs
+from snowrepro.store import manifest
 from snowrepro.store.files import sha256
 from snowrepro.sweep import record
 from snowrepro.sweep.plan import make_plan
@@ -33,9 +33,9 @@ def sweep(small_run, tmp_path_factory) -> tuple[Path, str]:
     options = ["experiment=fig5", "experiment.frames=[0,20,60]", "sintering=paper,none", "pressure=500,3000,9000"]
     plan = make_plan([*SMALL, *options, f"store={folder}/runs"], multirun=True)
     record.write(plan)
-    (failing, _) = [config for config in plan.configs if config.pressure == 9000]
-    runs.save_config(failing)
-    runs.save_outcome(failing, "failed", FAILED, final=True)
+    (failing, _) = [run for run in plan.runs if run.case.pressure == 9000]
+    failing.save_config()
+    failing.save_outcome("failed", FAILED, final=True)
     name = record.name_of(plan.overrides)
     report = folder / "reports" / name
     report.mkdir(parents=True)

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from snowrepro.report.document import Document, Fold, Pair, Picture, Section, Table, code, moved, plain
-from snowrepro.report.html import data_link, inline, paragraphs
-from snowrepro.report.markdown import write
+from snowrepro.report.document import Document, Fold, Pair, Picture, Section, Table, escape, format_code, relocate_block
+from snowrepro.report.page.html import link_data, render_inline, render_paragraphs
+from snowrepro.report.page.markdown import write_markdown
 
 PRINTABLE = st.text(st.characters(codec="utf-8", exclude_categories=["C", "Z"], include_characters=" "), max_size=40)
 
@@ -18,7 +18,7 @@ PRINTABLE = st.text(st.characters(codec="utf-8", exclude_categories=["C", "Z"], 
 @given(PRINTABLE)
 def test_text_from_data_comes_out_as_it_went_in(text):
     """Whatever letters Markdown or HTML give a meaning to."""
-    shown = inline(f"x{plain(text)}x")
+    shown = render_inline(f"x{escape(text)}x")
     assert html.unescape(shown) == f"x{text}x"
     assert "<" not in shown
 
@@ -26,17 +26,17 @@ def test_text_from_data_comes_out_as_it_went_in(text):
 @given(PRINTABLE)
 def test_code_comes_out_as_it_went_in(text):
     """Backticks too."""
-    shown = inline(code(f"x{text}x"))
+    shown = render_inline(format_code(f"x{text}x"))
     assert html.unescape(re.fullmatch("<code>(.*)</code>", shown)[1]) == f"x{text}x"
 
 
 def test_html_in_markdown_is_text_and_verdicts_have_a_class():
     """Neither elements nor scripts get through; the words of verdicts are marked for the eye."""
-    assert paragraphs('<script>alert("x")</script> & <b>') == (
+    assert render_paragraphs('<script>alert("x")</script> & <b>') == (
         "<p>&lt;script&gt;alert(&quot;x&quot;)&lt;/script&gt; &amp; &lt;b&gt;</p>\n"
     )
-    assert "javascript:" not in inline("[x](javascript:alert)").replace("(javascript:alert)", "")
-    assert inline("**NOT RUN** **REPRODUCED (by calibration, no test)**") == (
+    assert "javascript:" not in render_inline("[x](javascript:alert)").replace("(javascript:alert)", "")
+    assert render_inline("**NOT RUN** **REPRODUCED (by calibration, no test)**") == (
         '<strong class="not-run">NOT RUN</strong> '
         '<strong class="reproduced">REPRODUCED (by calibration, no test)</strong>'
     )
@@ -54,10 +54,12 @@ def test_links_follow_the_files(text, there):
     """Seen from another folder, in text, captions, cells, folds and pairs alike."""
     picture = Picture("p.png", "alt", text, data="p.csv")
     seen = Picture("../fig5/p.png", "alt", there, data="../fig5/p.csv")
-    assert moved(text, "../fig5") == there
-    assert moved(picture, "../fig5") == seen
-    assert moved(Pair(("A", "B"), (picture, picture)), "../fig5") == Pair(("A", "B"), (seen, seen))
-    table = moved(Fold("more", [Table(pd.DataFrame({"n": [1], "t": [text]}), data="t.csv")]), "../fig5").blocks[0]
+    assert relocate_block(text, "../fig5") == there
+    assert relocate_block(picture, "../fig5") == seen
+    assert relocate_block(Pair(("A", "B"), (picture, picture)), "../fig5") == Pair(("A", "B"), (seen, seen))
+    table = relocate_block(
+        Fold("more", [Table(pd.DataFrame({"n": [1], "t": [text]}), data="t.csv")]), "../fig5"
+    ).blocks[0]
     assert table.data == "../fig5/t.csv"
     assert table.frame.to_dict("list") == {"n": [1], "t": [there]}
 
@@ -66,9 +68,9 @@ def test_small_tables_travel_in_the_page_and_large_ones_beside_it(tmp_path):
     """So that the page stays small; what is not there has no link."""
     (tmp_path / "small.csv").write_text("a,b\n1,2\n")
     (tmp_path / "large.csv").write_text("1234567\n" * 10_000)
-    assert data_link(tmp_path, "small.csv") == ("small.csv", "data:text/csv;base64,YSxiCjEsMgo=")
-    assert data_link(tmp_path, "large.csv") == ("large.csv", "large.csv")
-    assert data_link(tmp_path, "gone.csv") is None and data_link(tmp_path, "") is None
+    assert link_data(tmp_path, "small.csv") == ("small.csv", "data:text/csv;base64,YSxiCjEsMgo=")
+    assert link_data(tmp_path, "large.csv") == ("large.csv", "large.csv")
+    assert link_data(tmp_path, "gone.csv") is None and link_data(tmp_path, "") is None
 
 
 def test_markdown_has_everything(tmp_path):
@@ -76,7 +78,7 @@ def test_markdown_has_everything(tmp_path):
     table = Table(pd.DataFrame({"a": [0.12345, float("nan")], "b": ["x", "y"]}), "Numbers.", "t.csv")
     blocks = ["Text.", Picture("p.png", "What one sees", "How to read it.", "Fig. 5", "p.csv"), Fold("More", [table])]
     sections = [Section("s", "", []), Section("t", "Second", blocks, "Words.", "redo it")]
-    write(Document("A * title", sections), tmp_path / "i.md")
+    write_markdown(Document("A * title", sections), tmp_path / "i.md")
     text = (tmp_path / "i.md").read_text()
     assert text.splitlines()[0] == r"# A \* title"
     parts = ["## Second", "> The paper: Words.", "![What one sees](p.png)", "#### More", "| 0.123 | x |", "| - | y |"]

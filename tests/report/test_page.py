@@ -5,34 +5,43 @@ import pandas as pd
 import pytest
 from matplotlib.image import imread
 
-from snowrepro.composition import compose
-from snowrepro.config import Experiment
-from snowrepro.report import convergence, hardness
-from snowrepro.report.drawing import LUMPS, POWDER, fragment_colours
-from snowrepro.report.evidence import Evidence
-from snowrepro.simulation import simulate
-from snowrepro.store import runs
+from snowrepro.composition.compose import compose
+from snowrepro.evidence.claims import JudgedScene
+from snowrepro.evidence.gather import Evidence
+from snowrepro.evidence.hardness import pair_falls_with_tests
+from snowrepro.report.drawing.common import LUMPS, POWDER, colour_fragments
+from snowrepro.report.figures import convergence, grid
+from snowrepro.run import simulate
+from snowrepro.settings.case import ARMS
+from snowrepro.settings.question import Experiment
+from snowrepro.store.run import Run
+from snowrepro.summary.row import ARM
 from snowrepro.sweep.plan import make_plan
 from tests.analysis.pictures import ball, classified
-from tests.conftest import SMALL
+from tests.configs import changed
+from tests.conftest import QUICK, SMALL
 from tests.report.reports import reported
-from tests.validation.test_indenter import QUICK
 
 PAGES = {"index.html", "index.md", "report.json"}
 
 
 @pytest.fixture
 def stored(small_run, small_config, tmp_path):
-    """A store with one of the two runs of a small experiment; returns both configs."""
+    """A store with one of the two runs of a small experiment; returns both."""
     folders = [
         f"store={tmp_path}/runs",
         f"reports={tmp_path}/reports",
         "experiment=fig5",
         "experiment.frames=[0,20,60]",
     ]
-    configs = [compose([*SMALL, *folders, f"sintering={arm}", "pressure=3000"]) for arm in ("paper", "none")]
-    runs.save(small_run, configs[0], wall_seconds=2.0, seconds_per_frame=0.01)
-    return configs
+    runs = [Run(compose([*SMALL, *folders, f"sintering={name}", "pressure=3000"])) for name in ("paper", "none")]
+    runs[0].save(small_run, wall_seconds=2.0, seconds_per_frame=0.01)
+    return runs
+
+
+def of(experiment: Experiment, run: Run, **settings) -> Run:
+    """The same run as one of another experiment."""
+    return Run(changed(run.config, experiment=experiment, **settings))
 
 
 def test_report_shows_runs_and_what_is_missing(stored):
@@ -70,7 +79,7 @@ def test_lumps_keep_the_colour_of_their_ancestor():
     worn = split + (right & rim)[:, None] * np.random.default_rng(0).uniform(-9, 9, x.shape)
     found = classified(x, split, worn, fidelity="preview", frames="all").fragments
     assert [f.lumps for f in found] == [1, 2, 2]
-    whole, halves, after = fragment_colours(found)
+    whole, halves, after = colour_fragments(found)
     assert set(whole) == {LUMPS[0]}
     core = np.abs(x[:, 1]) < 8
     for colours in (halves, after):
@@ -91,8 +100,8 @@ def test_lumps_keep_the_colour_of_their_ancestor():
 def test_scenes_and_parameters_need_no_runs(tmp_path, experiment, files, told):
     """Figures 2 and 3 and Table 1 come from the configuration alone, and the store is not touched."""
     plan = make_plan([f"experiment={experiment}", f"store={tmp_path}/runs", f"reports={tmp_path}/reports"], False)
-    report = reported(plan.configs, plan.overrides)
-    assert told in report.findings.verdict
+    report = reported(plan.runs, plan.overrides)
+    assert told in report.content.verdict
     assert {p.name for p in report.evidence.folder.iterdir()} == PAGES | files
     assert not (tmp_path / "runs").exists()
 
@@ -100,16 +109,15 @@ def test_scenes_and_parameters_need_no_runs(tmp_path, experiment, files, told):
 def test_the_parameters_are_compared_with_what_is_used(tmp_path):
     """A value that is not the paper's is marked; in SI the particle's mass is the paper's."""
     plan = make_plan(["experiment=table1", "material.E=1e5", "reading=si", f"reports={tmp_path}"], False)
-    table = pd.read_csv(reported(plan.configs).evidence.folder / "table1.csv").set_index("parameter")
+    table = pd.read_csv(reported(plan.runs).evidence.folder / "table1.csv").set_index("parameter")
     assert list(table.index[table["same"] != "yes"]) == ["E_0"]
     assert table.loc["E_0", "used"] == 1e5
 
 
 def test_the_setting_shows_force_and_gravity(stored, small_config):
     """Figure 4: red arrows around the pressed snow on the left, a blue one on the right."""
-    setting = {"name": "fig4", "title": "setting", "picture": "setting", "frames": (8, 40)}
-    config = stored[0].model_copy(update={"experiment": Experiment(**setting)})
-    report = reported([config], [])
+    setting = Experiment(name="fig4", title="setting", picture="setting", frames=(8, 40))
+    report = reported([of(setting, stored[0])])
     pixels = imread(report.evidence.folder / "setting.png")[..., :3]
     left, right = np.array_split(pixels, 2, axis=1)
     red, blue = np.array([0xD6, 0x27, 0x28]) / 255, np.array([0x1F, 0x4F, 0xD8]) / 255
@@ -124,9 +132,8 @@ def test_the_setting_shows_force_and_gravity(stored, small_config):
 def test_timings_stand_beside_the_papers(stored):
     """Table 2: particles, seconds and substeps of the run, and what is missing."""
     timings = Experiment(name="table2", title="timings", picture="timings")
-    star = compose([*SMALL, "scene=star_on_square", f"store={stored[0].store}"])
-    configs = [config.model_copy(update={"experiment": timings}) for config in (stored[0], star)]
-    report = reported([configs[0].model_copy(update={"reports": stored[0].reports}), configs[1]], [])
+    star = Run(compose([*SMALL, "scene=star_on_square", f"store={stored[0].store}"]))
+    report = reported([of(timings, run) for run in (stored[0], star)])
     ball, star_row = pd.read_csv(report.evidence.folder / "table2.csv", dtype=str).to_dict("records")
     assert ball["particles (paper)"] == "8,151" and ball["s/frame (paper)"] == "0.25"
     assert ball["particles"] == "2,038"
@@ -137,12 +144,11 @@ def test_timings_stand_beside_the_papers(stored):
 
 def test_the_grid_counts_claims_over_scenes(stored):
     """A scene with one run, one without: sheets and curves are drawn, and no claim is counted that was not tested."""
-    grid = Experiment(name="grid", title="grid", picture="grid", calibrated_on=("ball", "L"))
-    other = compose([*SMALL, "floor=square", "pressure=3000", f"store={stored[0].store}"])
-    configs = [config.model_copy(update={"experiment": grid}) for config in (*stored, other)]
-    report = reported([configs[0].model_copy(update={"reports": stored[0].reports}), *configs[1:]], [])
+    study = Experiment(name="grid", title="grid", picture="grid", calibrated_on=("ball", "L"))
+    other = Run(compose([*SMALL, "floor=square", "pressure=3000", f"store={stored[0].store}"]))
+    report = reported([of(study, run) for run in (*stored, other)])
     page = (report.evidence.folder / "index.md").read_text()
-    assert "C1 in 0 of 0" in report.findings.verdict
+    assert "C1 in 0 of 0" in report.content.verdict
     assert {p.name for p in report.evidence.folder.iterdir()} == {
         "summary.csv", "heatmap.png", "scenes.csv", "response.png", "claims.csv", "claims.json",
         "sintered-3000.png", "unsintered-3000.png", *PAGES,
@@ -152,11 +158,21 @@ def test_the_grid_counts_claims_over_scenes(stored):
     assert "core-hours" in page
 
 
+def test_the_heat_map_leaves_out_only_what_is_missing():
+    """A scene without one of its sintered runs still has its other pressures; the most without sintering needs all."""
+    rows = [{ARM: arm, "pressure": p, "seed": 0, "lump_fraction": 0.1} for arm in ARMS for p in (340.0, 3300.0)]
+    whole = JudgedScene("ball", "L", pd.DataFrame(rows), False, [], [])
+    part = JudgedScene("star", "L", pd.DataFrame(rows[1:3]), False, [], [(ARMS[0], 340.0), (ARMS[1], 3300.0)])
+    panels = grid._list_panels([whole, part])
+    assert panels["with sintering, pressure 340"] == {("ball", "L"): 0.1}
+    assert panels["with sintering, pressure 3300"] == {("ball", "L"): 0.1, ("star", "L"): 0.1}
+    assert panels["without sintering, the most of any pressure"] == {("ball", "L"): 0.1}
+
+
 def test_the_ledger_is_drawn_and_told(stored):
     """Each stage of the run that is there: parts of the turnover, and how much has no cause."""
     energy = Experiment(name="energy", title="energy", picture="energy")
-    configs = [config.model_copy(update={"experiment": energy}) for config in stored]
-    report = reported(configs, [])
+    report = reported([of(energy, run) for run in stored])
     assert {p.name for p in report.evidence.folder.iterdir()} == PAGES | {"summary.csv", "energy.csv", "energy.png"}
     pressed, falling = pd.read_csv(report.evidence.folder / "energy.csv").to_dict("records")
     assert (pressed["stage"], falling["stage"]) == ("pressed", "falling")
@@ -164,8 +180,8 @@ def test_the_ledger_is_drawn_and_told(stored):
     assert 0 < falling["unclosed"] < 0.02
     parts = sum(abs(value) for name, value in falling.items() if name.endswith("_work"))
     assert 0.9 < parts <= 1 + 1e-5  # what causes gave and took again in the stage is not in the sums
-    assert f"{falling['unclosed']:.1%} from the release on" in report.findings.verdict
-    assert "At pressure 3000 sintering" in report.findings.verdict
+    assert f"{falling['unclosed']:.1%} from the release on" in report.content.verdict
+    assert "At pressure 3000 sintering" in report.content.verdict
 
 
 def test_convergence_tells_what_moves_beyond_the_seeds(tmp_path):
@@ -179,26 +195,26 @@ def test_convergence_tells_what_moves_beyond_the_seeds(tmp_path):
         "solver.transfer=mls": (0.21, None),
     }
     experiment = Experiment(name="convergence", title="convergence", picture="convergence")
-    configs, rows, missing = [], [], set()
+    asked, rows, missing = [], [], set()
     for change, values in lumps.items():
-        for arm in ("paper", "none"):
+        for name in ("paper", "none"):
             for pressure, value in zip((340, 3300), values, strict=True):
-                config = compose([change, f"pressure={pressure}", f"sintering={arm}"])
-                configs.append(config.model_copy(update={"experiment": experiment}))
-                row = {"run_id": runs.identify(config), "sintering": arm, "pressure": float(pressure)}
-                row |= {"seed": config.seed}
-                row |= {"lump_fraction": value if arm == "paper" else 0.01, "particles": 10, "substeps": 5}
+                run = of(experiment, Run(compose([change, f"pressure={pressure}", f"sintering={name}"])))
+                asked.append(run)
+                row = {"run_id": run.id, ARM: run.case.arm, "sintering": name, "pressure": float(pressure)}
+                row |= {"seed": run.case.seed}
+                row |= {"lump_fraction": value if name == "paper" else 0.01, "particles": 10, "substeps": 5}
                 if value is None:
                     missing.add(row["run_id"])
                 else:
                     rows.append({**row, "seconds": 1.0, "energy_unclosed": 0.01})
-    evidence = Evidence(experiment, configs, pd.DataFrame(rows), tmp_path, frozenset(missing))
-    findings = convergence.report(evidence)
-    assert "Of 2 seeds 2 give the claims of the base (C1 C2 C3 C4 C5)" in findings.verdict
-    assert "claims are moved by solver.cfl=0.2 (-C2);" in findings.verdict
-    assert "only numbers, beyond the range of the seeds, by fidelity.dx=2.0 (+0.05);" in findings.verdict
-    assert "nothing beyond that range by solver.precision=f32;" in findings.verdict
-    assert findings.verdict.endswith("not judged, as runs are missing: solver.transfer=mls (C1 C3 C4 C5).")
+    evidence = Evidence(experiment, asked, pd.DataFrame(rows), tmp_path, frozenset(missing))
+    content = convergence.report(evidence)
+    assert "Of 2 seeds 2 give the claims of the base (C1 C2 C3 C4 C5)" in content.verdict
+    assert "claims are moved by solver.cfl=0.2 (-C2);" in content.verdict
+    assert "only numbers, beyond the range of the seeds, by fidelity.dx=2.0 (+0.05);" in content.verdict
+    assert "nothing beyond that range by solver.precision=f32;" in content.verdict
+    assert content.verdict.endswith("not judged, as runs are missing: solver.transfer=mls (C1 C3 C4 C5).")
     table = pd.read_csv(tmp_path / "convergence.csv").set_index("variant")
     assert list(table.index)[:2] == ["base", "seed=1"]
     assert table.loc["solver.cfl=0.2", "moves"] == "+0.30 at 340"
@@ -210,11 +226,10 @@ def test_convergence_tells_what_moves_beyond_the_seeds(tmp_path):
 def test_lumps_are_set_beside_hardness(stored):
     """One snow with its fall and its test, another with neither: pictures, a row, and no verdict on so little."""
     study = Experiment(name="hardness", title="hardness", picture="hardness")
-    tested = compose([*QUICK, f"store={stored[0].store}"])
-    runs.save(simulate(tested), tested, wall_seconds=3.0)
-    configs = [config.model_copy(update={"experiment": study}) for config in (*stored, tested)]
-    report = reported([configs[0].model_copy(update={"reports": stored[0].reports}), *configs[1:]], [])
-    assert report.findings.verdict.startswith("Too few runs")
+    tested = Run(compose([*QUICK, f"store={stored[0].store}"]))
+    tested.save(simulate(tested.config), wall_seconds=3.0)
+    report = reported([of(study, run) for run in (*stored, tested)])
+    assert report.content.verdict.startswith("Too few runs")
     page = (report.evidence.folder / "index.md").read_text()
     assert "ball on L, 3000, paper, seed 0, indented: " in page
     assert "**missing** (pending): ball on L, 3000, none, seed 0: never run" in page
@@ -222,51 +237,11 @@ def test_lumps_are_set_beside_hardness(stored):
     assert table["indenter"].notna().tolist() == [False, True]
     assert table["hardness"].notna().tolist() == [False, True]
     assert table["lump_fraction"].notna().tolist() == [True, False]
-    (row,) = hardness.paired(table).reset_index().to_dict("records")
-    assert row["hardness"] == table["hardness"][1] and row["lump_fraction"] == table["lump_fraction"][0]
+    (row,) = pair_falls_with_tests(report.evidence.table).reset_index().to_dict("records")
+    assert (row["hardness"], row["lump_fraction"]) == pytest.approx(
+        (table["hardness"][1], table["lump_fraction"][0]), rel=1e-5
+    )
     assert {p.name for p in report.evidence.folder.glob("*.png")} == {"curves.png", "measures.png", "scatter.png"}
-
-
-def snows(hardness_of, lumps_of):
-    """Sintered and unsintered snow at six pressures, with hardness and lumps by pressure and arm."""
-    pressures = (100, 200, 400, 800, 1600, 3200)
-    index = pd.MultiIndex.from_product([("paper", "none"), pressures, (0,)], names=hardness.KEYS)
-    rows = [{"hardness": hardness_of(arm, p), "lump_fraction": lumps_of(arm, p)} for arm, p, _ in index]
-    return pd.DataFrame(rows, index=index)
-
-
-def sintered_alone(arm, pressure):
-    return pressure / 4000 * (arm == "paper")
-
-
-@pytest.mark.parametrize(
-    ("hardness_of", "lumps_of", "start"),
-    [
-        (lambda arm, p: p * (3 if arm == "paper" else 0.01), sintered_alone, "Lumps follow hardness: "),
-        (lambda arm, p: p * (1 if arm == "paper" else 0.6), sintered_alone, "Lumps follow hardness only in part: "),
-        (lambda arm, p: p * (1 if arm == "paper" else 9), sintered_alone, "Lumps follow hardness only in part: "),
-        (lambda arm, p: p, lambda arm, p: [0.3, 0.1, 0.4, 0.4, 0.1, 0.2][p // 100 % 6], "Lumps do not follow"),
-    ],
-)
-def test_the_verdict_on_lumps_and_hardness_can_go_each_way(hardness_of, lumps_of, start):
-    """They rise together; together, but not at equal hardness; in one arm alone; not at all."""
-    sentence = hardness.sentence(snows(hardness_of, lumps_of))
-    assert sentence.startswith(start), sentence
-
-
-def test_snows_of_equal_hardness_are_set_side_by_side():
-    """Unsintered snow at twice the pressure is as hard: 400 stands beside sintered 200, 100 beside none."""
-    alike = hardness.at_equal_hardness(snows(lambda arm, p: p * (1 if arm == "paper" else 0.5), sintered_alone))
-    assert alike["pressure"].tolist() == [200, 400, 800, 1600, 3200]
-    np.testing.assert_allclose(alike["sintered"], alike["hardness"] / 4000)
-    assert (alike["unsintered"] == 0).all()
-
-
-def test_snow_that_pressing_left_alike_has_one_rank():
-    """Round-off makes no order."""
-    same = pd.Series(1000.0 + 1e-4 * np.arange(6))
-    assert np.isnan(hardness.follows(pd.Series(np.arange(6.0)), same).rho)
-    assert hardness.follows(pd.Series(np.arange(6.0)), 10.0 ** pd.Series(np.arange(6.0))).rho == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(
@@ -276,8 +251,8 @@ def test_snow_that_pressing_left_alike_has_one_rank():
 def test_no_result_at_all_is_a_report_too(tmp_path, experiment):
     """Where every run failed or none was made, the page says so and names each."""
     plan = make_plan([f"experiment={experiment}", f"store={tmp_path}/runs", f"reports={tmp_path}/reports"], True)
-    folder = reported(plan.configs, plan.overrides).evidence.folder
+    folder = reported(plan.runs, plan.overrides).evidence.folder
     page = (folder / "index.md").read_text()
-    assert f"0 of {len(plan.configs)} runs are done" in page
-    assert page.count("**missing** (pending)") == len(plan.configs)
+    assert f"0 of {len(plan.runs)} runs are done" in page
+    assert page.count("**missing** (pending)") == len(plan.runs)
     assert "REPRODUCED**" not in page and "CONTRADICTED**" not in page

@@ -5,28 +5,31 @@ from functools import reduce
 import pandas as pd
 import pytest
 
-from snowrepro.analysis import claims
-from snowrepro.composition import compose
-from snowrepro.config import Reading
-from snowrepro.report import register
+from snowrepro.composition.compose import compose
+from snowrepro.evidence import claims
+from snowrepro.evidence.gather import Evidence
+from snowrepro.evidence.variants import Comparison, Variant, compare_variants
 from snowrepro.report.document import Table
-from snowrepro.report.evidence import Evidence
-from snowrepro.report.variants import Comparison, Variant, compared
-from snowrepro.store import runs
+from snowrepro.report.sections import register
+from snowrepro.settings.case import ARMS, Reading
+from snowrepro.store.run import Run
+from snowrepro.summary.row import ARM
 from snowrepro.sweep.plan import make_plan
 
-BASE = compose()
+BASE = Run(compose())
 PRESSURES = (340.0, 530.0, 3300.0)
 
 
 def variant(changes, lumps=(), loose=0.01, others=()):
     """Three runs with sintering and three without; ``lumps`` are those with, None where there is no result."""
-    rows = [(arm, p, value) for arm, values in (("paper", lumps), ("none", [loose] * len(lumps)))
+    rows = [(arm, p, value) for arm, values in zip(ARMS, (lumps, [loose] * len(lumps)), strict=True)
             for p, value in zip(PRESSURES, values, strict=False)]  # fmt: skip
-    table = pd.DataFrame(rows, columns=["sintering", "pressure", "lump_fraction"]).assign(seed=0)
+    table = pd.DataFrame(rows, columns=[ARM, "pressure", "lump_fraction"]).assign(seed=0)
     done = table.dropna()
-    missing = [(row.sintering, row.pressure) for row in table[table["lump_fraction"].isna()].itertuples()]
-    return Variant(changes, PRESSURES, done, claims.judge(BASE.claims, done, missing=missing), others)
+    missing = [(row.arm, row.pressure) for row in table[table["lump_fraction"].isna()].itertuples()]
+    return Variant(
+        changes, PRESSURES, done, claims.judge_claims(BASE.config.question.claims, done, missing=missing), others
+    )
 
 
 SEEDS = (variant({}, (0.20, 0.50, 0.80)), variant({"seed": 1}, (0.25, 0.55, 0.90)))
@@ -34,31 +37,31 @@ SEEDS = (variant({}, (0.20, 0.50, 0.80)), variant({"seed": 1}, (0.25, 0.55, 0.90
 
 def row_of(choice, *variants):
     """The register's row of a choice, by what the variants gave."""
-    table = register.section(Comparison([*SEEDS, *variants]), BASE)[1]
+    table = register.make_blocks(Comparison([*SEEDS, *variants]), BASE)[1]
     assert isinstance(table, Table)
     return table.frame.set_index("choice").loc[choice]
 
 
 def test_every_switch_of_the_reading_is_registered_and_no_other_key():
-    keys = [key for entry in register.entries() for key in entry.keys]
+    keys = [key for entry in register.read_entries() for key in entry.keys]
     assert len(keys) == len(set(keys))
     for key in keys:
-        reduce(getattr, key.split("."), BASE)
+        reduce(getattr, key.split("."), BASE.case)
     switches = {key.removeprefix("reading.") for key in keys if key.startswith("reading.")}
     assert switches == set(Reading.model_fields) - {"name"}
 
 
 def test_every_switch_is_tried_otherwise_by_the_experiment(tmp_path):
     """Each in at least one variant, and each variant tests an entry; nothing was run yet."""
-    configs = make_plan(["experiment=readings", "pressure=340", "sintering=paper", f"store={tmp_path}"], False).configs
-    missing = frozenset(runs.identify(config) for config in configs)
-    comparison = compared(Evidence(configs[0].experiment, configs, pd.DataFrame(), tmp_path, missing))
+    plan = make_plan(["experiment=readings", "pressure=340", "sintering=paper", f"store={tmp_path}"], False)
+    missing = frozenset(run.id for run in plan.runs)
+    comparison = compare_variants(Evidence(plan.experiment, plan.runs, pd.DataFrame(), tmp_path, missing))
     assert comparison.base.name == "base"
-    changed = [set(v.changes) for v in comparison.changed]
+    changed = [set(v.changes) for v in comparison.changed_variants]
     assert {f"reading.{name}" for name in Reading.model_fields} - {"reading.name"} <= set.union(*changed)
-    keys = {key for entry in register.entries() for key in entry.keys}
+    keys = {key for entry in register.read_entries() for key in entry.keys}
     assert all(keys & names for names in changed)
-    sentence, table = register.section(comparison, configs[0])
+    sentence, table = register.make_blocks(comparison, plan.runs[0])
     assert "0 were also made otherwise" in sentence
     assert (table.frame["what they do to Figure 5"] == "-").all()
 
@@ -101,15 +104,15 @@ def test_several_alternatives_are_told_apart_and_the_untried_named():
     assert row_of("Definition of a lump", shell)["alternatives tried"].startswith("892 definitions")
     for choice in ("How often the laws act", "Eq. 9 has no time step"):
         assert row_of(choice, often)["what they do to Figure 5"].startswith("keeps")
-    sentence = register.section(Comparison([*SEEDS, shell, sides, often]), BASE)[0]
+    sentence = register.make_blocks(Comparison([*SEEDS, shell, sides, often]), BASE)[0]
     assert "3 were also made otherwise on Figure 5; a claim is moved by How the snow is pressed." in sentence
 
 
 def test_a_base_that_lacks_a_claim_can_gain_it():
     base = variant({}, (0.6, 0.7, 0.8))
     better = variant({"reading.friction": 0.3}, (0.2, 0.7, 0.8))
-    assert register.effect(better, Comparison([base, better])).startswith("**gains C2**")
+    assert register.describe_effect(better, Comparison([base, better])).startswith("**gains C2**")
 
 
 def test_texts_fit_into_a_table():
-    assert not [e.name for e in register.entries() if "|" in e.paper + e.here + e.elsewhere]
+    assert not [e.name for e in register.read_entries() if "|" in e.paper + e.here + e.elsewhere]

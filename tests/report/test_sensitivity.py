@@ -3,34 +3,13 @@
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from snowrepro.analysis import claims
-from snowrepro.analysis.sensitivity import CHOICES
-from snowrepro.composition import compose
-from snowrepro.report import sensitivity
-from snowrepro.store import runs
+from snowrepro.composition.compose import compose
+from snowrepro.evidence.sensitivity import CHOICES
+from snowrepro.report.sections import specification as sensitivity
+from snowrepro.store.run import Run
 from tests.conftest import SMALL
 from tests.report.reports import reported
-
-PRESSURES = (340.0, 530.0, 3300.0)
-WRITTEN = compose().claims
-PART = st.floats(0, 1).map(lambda value: round(value, 2))
-
-
-@settings(deadline=None, max_examples=60)
-@given(st.lists(PART, min_size=6, max_size=6))
-def test_many_at_once_point_where_one_points(values):
-    """``claims.points`` of a row is ``Verdict.agrees`` of a table with the same numbers."""
-    rows = [(arm, p, 0) for arm in ("paper", "none") for p in PRESSURES]
-    table = pd.DataFrame(rows, columns=["sintering", "pressure", "seed"]).assign(lump_fraction=values)
-    names = [("sintered" if arm == "paper" else "unsintered", p) for arm, p, _ in rows]
-    means = pd.DataFrame([values], columns=pd.MultiIndex.from_tuples(names))
-    verdicts = {v.claim: v.agrees for v in claims.judge(WRITTEN, table)}
-    for claim in WRITTEN.list:
-        if claim.test != "scenes":
-            assert bool(claims.points(claim, means).iloc[0]) == verdicts[claim.name], claim.name
 
 
 @pytest.mark.parametrize(
@@ -46,7 +25,7 @@ def test_many_at_once_point_where_one_points(values):
 )
 def test_three_pressures_that_would_do(values, expected):
     """By hand."""
-    assert sensitivity._any_three(np.array([values]))[0] == expected
+    assert sensitivity._has_rising_three(np.array([values]))[0] == expected
 
 
 def test_exceptions_are_single_changes():
@@ -56,8 +35,8 @@ def test_exceptions_are_single_changes():
     rows += [{**base, "definition": "grid", "break_by": "", "break_strain": np.nan, "core_fraction": np.nan}]
     choices = pd.DataFrame(rows)
     holds = pd.DataFrame({"C1": [True, True, False, False], "C2": [True, False, False, True]})
-    assert sensitivity._usual(choices, compose()) == 0
-    told = sensitivity._exceptions(choices, holds, 0)
+    assert sensitivity._find_usual(choices, Run(compose())) == 0
+    told = sensitivity._list_exceptions(choices, holds, 0)
     assert told[1].splitlines() == ["- break strain 0.5: C2", "- grid: C1"]
 
 
@@ -65,12 +44,14 @@ def test_the_scan_in_the_report(small_run, tmp_path):
     """The same result at two pressures and in both arms: nothing grows under any definition, and all is written."""
     of_all = [*SMALL, f"store={tmp_path}/runs", f"reports={tmp_path}/reports", "experiment=fig5"]
     of_all.append("experiment.frames=[0,20,60]")
-    configs = [
-        compose([*of_all, f"sintering={arm}", f"pressure={p}"]) for arm in ("paper", "none") for p in (2000, 3000)
+    runs = [
+        Run(compose([*of_all, f"sintering={name}", f"pressure={p}"]))
+        for name in ("paper", "none")
+        for p in (2000, 3000)
     ]
-    for config in configs:
-        runs.save(small_run, config, wall_seconds=2.0, seconds_per_frame=0.01)
-    report = reported(configs, ["experiment=fig5"])
+    for run in runs:
+        run.save(small_run, wall_seconds=2.0, seconds_per_frame=0.01)
+    report = reported(runs, ["experiment=fig5"])
     table = pd.read_csv(report.evidence.folder / "sensitivity.csv")
     assert len(table) == 892
     assert not table[["C1", "C5"]].to_numpy().any()
@@ -81,3 +62,15 @@ def test_the_scan_in_the_report(small_run, tmp_path):
     page = (report.evidence.folder / "index.md").read_text()
     assert "| all |  | 892 | 0 % |" in page
     assert {"specification.png", "strains.png"} <= {path.name for path in report.evidence.folder.iterdir()}
+
+
+def test_claims_on_another_measure_are_not_scanned(small_run, tmp_path):
+    """Claims of which none is about the mass in lumps: the report says so in place of the scan."""
+    own = "claims.list=[{name: K, statement: s, paper: p, measure: powder_fraction, test: below, threshold: 0.5}]"
+    of_all = [*SMALL, f"store={tmp_path}/runs", f"reports={tmp_path}/reports", "experiment=fig5", own]
+    of_all.append("experiment.frames=[0,20,60]")
+    runs = [Run(compose([*of_all, f"pressure={pressure}"])) for pressure in (2000, 3000)]
+    for run in runs:
+        run.save(small_run, wall_seconds=2.0, seconds_per_frame=0.01)
+    page = (reported(runs, ["experiment=fig5"]).evidence.folder / "index.md").read_text()
+    assert "Not scanned: no claim is about the mass in lumps of these runs." in page

@@ -11,12 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from snowrepro.analysis.classify import classify
-from snowrepro.composition import compose
-from snowrepro.report import viewer
-from snowrepro.report.embedded import FIELDS, embed
-from snowrepro.report.packing import differences, levels, packed
-from snowrepro.store import runs
+from snowrepro.composition.compose import compose
+from snowrepro.report.viewer import viewer
+from snowrepro.report.viewer.embedded import FIELDS, embed
+from snowrepro.report.viewer.packing import pack, round_to_levels, take_differences
+from snowrepro.store.run import Run
+from snowrepro.summary.classify import classify
+from tests.configs import changed
 from tests.conftest import SMALL
 from tests.report import small_runs
 
@@ -38,51 +39,51 @@ def sums(values: np.ndarray, axis: int = 0) -> np.ndarray:
 
 
 @pytest.fixture(scope="module")
-def configs(small_run, tmp_path_factory):
+def runs(small_run, tmp_path_factory):
     """Four finished runs."""
     return small_runs.saved(small_run, tmp_path_factory.mktemp("store"))
 
 
 @pytest.fixture(scope="module")
-def whole(configs):
+def whole(runs):
     """All that the viewer shows of them."""
-    return viewer.gathered(configs, ROOM)
+    return viewer.embed_runs(runs, ROOM)
 
 
 @given(hnp.arrays(np.int32, st.integers(0, 40)), hnp.arrays(np.uint8, (3, 5)))
 def test_numbers_come_back(numbers, small):
     """Packing loses nothing, of any whole number of 31 bits and sign and of any byte, as differences too."""
     numbers = np.maximum(numbers, -(2**31) + 1)
-    assert (unpacked(packed(numbers)) == numbers).all()
-    assert (unpacked(packed(differences(small)), np.uint8) == differences(small).ravel()).all()
+    assert (unpacked(pack(numbers)) == numbers).all()
+    assert (unpacked(pack(take_differences(small)), np.uint8) == take_differences(small).ravel()).all()
     for axis in (0, 1):
-        assert (sums(differences(small, axis), axis) == small).all()
+        assert (sums(take_differences(small, axis), axis) == small).all()
 
 
 def test_levels_span_what_they_should():
     """The ends are the first and the last level, what is beyond is too; a field that does not vary is one level."""
-    assert levels(np.array([0.0, 1.0, 1.4, 1.6, 2.0, 9.0]), 1.0, 2.0, 3).tolist() == [0, 0, 1, 1, 2, 2]
-    assert levels(np.full(3, 7.0), 7.0, 7.0, 64).tolist() == [0, 0, 0]
+    assert round_to_levels(np.array([0.0, 1.0, 1.4, 1.6, 2.0, 9.0]), 1.0, 2.0, 3).tolist() == [0, 0, 1, 1, 2, 2]
+    assert round_to_levels(np.full(3, 7.0), 7.0, 7.0, 64).tolist() == [0, 0, 0]
 
 
-def test_places_are_right_within_half_a_quantum(configs, whole):
+def test_places_are_right_within_half_a_quantum(runs, whole):
     """Unpacked places are those of the run but for rounding, particle by particle in some order."""
     data = json.loads(whole.data)
-    for config, run in zip(configs[:3], data["runs"], strict=False):  # the fourth loses particles
-        places = unpacked(run["places"]).reshape(len(data["frames"]), 2, -1)
-        places = sums(places).transpose(0, 2, 1) * run["quantum"]
-        with runs.open_run(runs.result_path(config)) as dataset:
+    for run, shown in zip(runs[:3], data["runs"], strict=False):  # the fourth loses particles
+        places = unpacked(shown["places"]).reshape(len(data["frames"]), 2, -1)
+        places = sums(places).transpose(0, 2, 1) * shown["quantum"]
+        with run.open() as dataset:
             right = dataset["position"].sel(snapshot=data["frames"]).values
-        held = embed(config, data["frames"], viewer.settings_of(config.analysis)).places
-        assert np.abs(places - held).max() <= run["quantum"] / 2 * (1 + 1e-6)
+        held = embed(run, data["frames"], viewer.make_viewer_settings(run.config.question.analysis)).places
+        assert np.abs(places - held).max() <= shown["quantum"] / 2 * (1 + 1e-6)
         assert np.array_equal(np.sort(held, axis=1), np.sort(right.astype(float), axis=1))
 
 
-def test_steps_are_those_of_the_bonds(configs, whole):
+def test_steps_are_those_of_the_bonds(runs, whole):
     """A bond's step is the first at which it holds, whatever else is stored with it: counted over all bonds."""
     data = json.loads(whole.data)
     ladder, bonded = data["ladder"], data["frames"][data["release"] :]
-    with runs.open_run(runs.result_path(configs[0])) as dataset:
+    with runs[0].open() as dataset:
         found = {strain: classify(dataset, break_strain=strain).broken for strain in (ladder[0], ladder[50])}
     steps = unpacked(data["runs"][0]["bonds"]["steps"], np.uint8).reshape(2, len(bonded), -1)
     stretch, crush = sums(steps, axis=1)
@@ -92,7 +93,7 @@ def test_steps_are_those_of_the_bonds(configs, whole):
         assert (crush > step).mean(axis=1) == pytest.approx(broken["crush"][bonded].to_numpy(), abs=1e-12)
 
 
-def test_vanished_particles_and_masses_are_kept(configs, whole):
+def test_vanished_particles_and_masses_are_kept(runs, whole):
     """Of the fourth run: when particles vanish, where they were last, and masses that differ."""
     data = json.loads(whole.data)
     run = data["runs"][3]
@@ -104,59 +105,59 @@ def test_vanished_particles_and_masses_are_kept(configs, whole):
     assert len(set(run["mass"])) > 1 and sum(run["mass"]) == pytest.approx(run["total"])
 
 
-def test_frames_of_the_figure_and_the_ends_are_there(configs):
+def test_frames_of_the_figure_and_the_ends_are_there(runs):
     """And most others lie where the snow lands."""
-    frames = viewer.chosen_frames(configs[0])
+    frames = viewer.choose_frames(runs[0])
     assert {0, 20, 60} <= set(frames) and frames == sorted(frames)
 
 
-def test_the_same_bytes_each_time(configs, whole):
+def test_the_same_bytes_each_time(runs, whole):
     """Nothing in the data depends on when it was made."""
-    assert viewer.gathered(configs, ROOM) == whole
+    assert viewer.embed_runs(runs, ROOM) == whole
 
 
 def test_names_do_no_harm():
     """No name ends the element that the data stands in, and it is read back as it was."""
     content = {"label": "</script><script>alert(1)</script><!-- & \u2028"}
-    text = viewer.safe(content)
+    text = viewer.dump_safe_json(content)
     assert not set("<>&\u2028") & set(text)
     assert json.loads(text) == content
 
 
-def test_a_budget_is_kept(configs, whole):
+def test_a_budget_is_kept(runs, whole):
     """With less room fewer particles are drawn, then runs are left out; both is said.  With none there is no viewer."""
     assert json.loads(whole.data)["thinning"] == 1 and len(json.loads(whole.data)["runs"]) == 4
     bonds = sum(len(str(text)) for run in json.loads(whole.data)["runs"] for text in run["bonds"].values())
     room = bonds + (len(whole.data) - bonds) // 2
-    thinned = viewer.gathered(configs, room)
+    thinned = viewer.embed_runs(runs, room)
     data = json.loads(thinned.data)
     assert len(thinned.data) <= room and data["thinning"] > 1 and len(data["runs"]) == 4
-    assert f"one particle in {data['thinning']} is drawn" in " ".join(thinned.told)
+    assert f"one particle in {data['thinning']} is drawn" in " ".join(thinned.sentences)
     assert [run["bonds"] for run in data["runs"]] == [run["bonds"] for run in json.loads(whole.data)["runs"]]
-    fewer = viewer.gathered(configs, bonds // 2)
+    fewer = viewer.embed_runs(runs, bonds // 2)
     data = json.loads(fewer.data)
     assert len(fewer.data) <= bonds // 2 and 0 < len(data["runs"]) < 4
     assert data["incomplete"] == ["ball on L"], "claims are not judged by some of the runs"
-    assert "ball on L, 3000, none, seed 0" in " ".join(fewer.told)
-    assert viewer.gathered(configs, 1000) is None
+    assert "ball on L, 3000, none, seed 0" in " ".join(fewer.sentences)
+    assert viewer.embed_runs(runs, 1000) is None
 
 
-def test_what_cannot_be_compared_is_left_out(configs):
+def test_what_cannot_be_compared_is_left_out(runs):
     """Runs classified otherwise are named; where lumps are not found by bonds, there is nothing to show."""
-    other = replace_analysis(configs[1], lump_mass=0.02)
-    shown = viewer.gathered([configs[0], other], ROOM)
+    other = replace_analysis(runs[1], lump_mass=0.02)
+    shown = viewer.embed_runs([runs[0], other], ROOM)
     assert len(json.loads(shown.data)["runs"]) == 1
-    assert "Left out" in " ".join(shown.told) and "3000, paper" in " ".join(shown.told)
-    assert viewer.gathered([replace_analysis(configs[0], definition="grid")], ROOM) is None
-    assert viewer.gathered([], ROOM) is None
+    assert "Left out" in " ".join(shown.sentences) and "3000, paper" in " ".join(shown.sentences)
+    assert viewer.embed_runs([replace_analysis(runs[0], definition="grid")], ROOM) is None
+    assert viewer.embed_runs([], ROOM) is None
 
 
-def replace_analysis(config, **settings):
+def replace_analysis(run: Run, **settings) -> Run:
     """The same run with other settings of the analysis."""
-    return config.model_copy(update={"analysis": config.analysis.model_copy(update=settings)})
+    return Run(changed(run.config, analysis=run.config.question.analysis.model_copy(update=settings)))
 
 
-def test_fields_are_stored_for_every_frame(configs, whole):
+def test_fields_are_stored_for_every_frame(runs, whole):
     """A level for each particle and frame; density does not change after the release."""
     data = json.loads(whole.data)
     for run in data["runs"]:
@@ -166,8 +167,8 @@ def test_fields_are_stored_for_every_frame(configs, whole):
             assert name == "J_P" or (values[data["release"] :] == values[-1]).all()
 
 
-def test_a_run_too_fine_for_its_label_is_told_in_full(configs):
+def test_a_run_too_fine_for_its_label_is_told_in_full(runs):
     """Runs that differ in their seeds alone have labels that differ."""
-    run = embed(configs[0], [0, 20, 60], viewer.settings_of(configs[0].analysis))
-    other = replace(run, config=compose([*SMALL, "pressure=500", "seed=1"]))
-    assert viewer._labels([run, other]) == ["ball on L, 500, paper, seed 0", "ball on L, 500, paper, seed 1"]
+    shown = embed(runs[0], [0, 20, 60], viewer.make_viewer_settings(runs[0].config.question.analysis))
+    other = replace(shown, run=Run(compose([*SMALL, "pressure=500", "seed=1"])))
+    assert viewer._make_labels([shown, other]) == ["ball on L, 500, paper, seed 0", "ball on L, 500, paper, seed 1"]

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from snowrepro.config import Outline
 from snowrepro.scene import outline as geometry
+from snowrepro.settings.case import Outline
 
 HALF = 1.0  # bulge of a half circle
 QUARTER = np.tan(np.pi / 8)

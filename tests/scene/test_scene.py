@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.integrate import trapezoid
 
-from snowrepro.composition import compose
+from snowrepro.composition.compose import compose
 from snowrepro.errors import ConfigError
 from snowrepro.scene import outline as geometry
 from snowrepro.scene.build import build_scene, floor_and_walls, sample
@@ -15,7 +16,7 @@ from snowrepro.scene.press import external_force
 @pytest.mark.parametrize(("shape", "count"), [("ball", 8151), ("star", 22076), ("rectangle", 8151), ("triangle", 8151)])
 def test_particles_are_as_many_as_the_paper_counts(shape, count):
     """Table 2 for ball and star; the others have the ball's area."""
-    assert len(build_scene(compose([f"shape={shape}"])).positions) == count
+    assert len(build_scene(compose([f"shape={shape}"]).case).positions) == count
 
 
 @pytest.mark.parametrize("shape", ["ball", "star", "rectangle", "triangle"])
@@ -23,13 +24,13 @@ def test_particles_are_as_many_as_the_paper_counts(shape, count):
 def test_mass_is_density_times_area(shape, sampling):
     """Whatever the sampling; the area by the shoelace rule or pi r^2."""
     config = compose([f"shape={shape}", f"fidelity.{sampling}"])
-    corners = np.array(config.shape.outline.points or [])
+    corners = np.array(config.case.shape.outline.points or [])
     if shape == "ball":
-        area = np.pi * config.shape.outline.radius**2
+        area = np.pi * config.case.shape.outline.radius**2
     else:
         x, y = corners.T
         area = 0.5 * abs(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
-    scene = build_scene(config)
+    scene = build_scene(config.case)
     assert scene.mass * len(scene.positions) == pytest.approx(100 * area, rel=1e-13)
     assert scene.volume * len(scene.positions) == pytest.approx(area, rel=1e-13)
 
@@ -37,7 +38,7 @@ def test_mass_is_density_times_area(shape, sampling):
 @pytest.mark.parametrize("shape", ["ball", "star", "rectangle", "triangle"])
 def test_particles_fill_the_outline_evenly(shape):
     """All are inside but for a few at the edge, none far out; a cell in the middle has four."""
-    outline = compose([f"shape={shape}"]).shape.outline
+    outline = compose([f"shape={shape}"]).case.shape.outline
     places, depth = sample(outline, 1.0, 4, seed=1)
     np.testing.assert_allclose(depth, -geometry.signed_distance(outline, places)[0])
     assert depth.min() > -0.1
@@ -48,7 +49,7 @@ def test_particles_fill_the_outline_evenly(shape):
 
 
 def test_the_seed_decides_the_places():
-    ball = compose([]).shape.outline
+    ball = compose([]).case.shape.outline
     places, _ = sample(ball, 1.0, 4, seed=1)
     again, _ = sample(ball, 1.0, 4, seed=1)
     other, _ = sample(ball, 1.0, 4, seed=2)
@@ -61,10 +62,10 @@ def test_the_seed_decides_the_places():
 def test_snow_falls_the_same_height_to_every_floor(shape, floor):
     """Lowered by drop_height the snow just touches: the gap between particles and floor closes."""
     config = compose([f"shape={shape}", f"floor={floor}"])
-    positions = build_scene(config).positions
+    positions = build_scene(config.case).positions
     assert positions[:, 0].mean() == pytest.approx(100, abs=0.1)
-    sunk = positions - [0, config.reading.drop_height]
-    gap = geometry.signed_distance(config.floor.outline, sunk)[0].min()
+    sunk = positions - [0, config.case.reading.drop_height]
+    gap = geometry.signed_distance(config.case.floor.outline, sunk)[0].min()
     assert -0.2 < gap < 1.0
 
 
@@ -96,7 +97,7 @@ def test_floor_and_walls_are_one_distance():
     """Exact beside walls and floor, in their corners, and without a preferred side on a bisector."""
     config = compose(["floor=L"])
     points = np.array([[100.0, 60.0], [195.0, 60.0], [33.3, 80.0], [40.3, 22.3], [100.0, 98.0], [50.0, 14.0]])
-    distance, normal = floor_and_walls(config.floor.outline, points, 200.0, 100.0, 3.0)
+    distance, normal = floor_and_walls(config.case.floor.outline, points, 200.0, 100.0, 3.0)
     corner = np.hypot(3.0, 7.7)
     np.testing.assert_allclose(distance, [37.0, 2.0, corner, 10.0, -1.0, 1.7])
     diagonal = np.sqrt(0.5)
@@ -114,11 +115,7 @@ def test_force_builds_up_the_nominal_pressure_at_the_centre():
         b = external_force(kind, line, depth, pressure, rho, radius, 2.0)
         assert (b[:, 0] * r <= 0).all()
         half = slice(0, 10001)
-        total = (
-            np.trapezoid(rho * np.abs(b[half, 0]), -r[half])
-            if hasattr(np, "trapezoid")
-            else np.trapz(rho * np.abs(b[half, 0]), -r[half])
-        )
+        total = trapezoid(rho * np.abs(b[half, 0]), -r[half])
         assert total == pytest.approx(pressure, rel=2e-3)
     squeezed = external_force("two_sides", line[:, ::-1], depth, pressure, rho, radius, 2.0)
     assert (squeezed[:, 0] == 0).all()
@@ -151,7 +148,7 @@ def test_force_builds_up_the_nominal_pressure_at_the_centre():
 def test_bad_scenes_are_refused(overrides, reason):
     """The message says what is wrong, with numbers."""
     with pytest.raises(ConfigError, match=reason):
-        build_scene(compose(overrides))
+        build_scene(compose(overrides).case)
 
 
 @pytest.mark.parametrize(

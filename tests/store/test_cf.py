@@ -8,21 +8,23 @@ import pytest
 import xarray as xr
 
 from snowrepro import classify, open_run, open_sweep, summarise
-from snowrepro.composition import compose
-from snowrepro.simulation import simulate
-from snowrepro.store import cf, runs
-from snowrepro.sweep import collect, record
+from snowrepro.composition.compose import compose
+from snowrepro.evidence import collect
+from snowrepro.run import simulate
+from snowrepro.store import cf
+from snowrepro.store.run import Run
+from snowrepro.sweep import record
 from snowrepro.sweep.plan import make_plan
+from tests.configs import changed
 from tests.conformance import complaints
-from tests.conftest import SMALL
-from tests.validation.test_indenter import QUICK
+from tests.conftest import QUICK, SMALL
 
 
 @pytest.fixture(scope="module")
 def stored(small_run, small_config, tmp_path_factory):
     """The file of the small run."""
-    config = small_config.model_copy(update={"store": str(tmp_path_factory.mktemp("store"))})
-    return runs.save(small_run, config, wall_seconds=1.0)
+    run = Run(changed(small_config, store=str(tmp_path_factory.mktemp("store"))))
+    return run.save(small_run, wall_seconds=1.0)
 
 
 def results_of(store, *overrides):
@@ -56,8 +58,8 @@ def test_files_conform(stored, swept, tmp_path):
 @pytest.mark.slow
 def test_files_of_every_kind_conform(snowrepro, tmp_path):
     """In metres, indented, without results, along further keys; and what classify writes."""
-    metres = runs.save(simulate(compose([*SMALL, "reading=si"])), compose([*SMALL, f'store="{tmp_path}"']))
-    indented = runs.save(simulate(compose(QUICK)), compose([*QUICK, f'store="{tmp_path}"']))
+    metres = Run(compose([*SMALL, f'store="{tmp_path}"'])).save(simulate(compose([*SMALL, "reading=si"])))
+    indented = Run(compose([*QUICK, f'store="{tmp_path}"'])).save(simulate(compose(QUICK)))
     both = results_of(tmp_path, *SMALL, "indenter=none,disc", "reading.gravity=10,40", "seed=0,1")
     in_metres = results_of(tmp_path, "reading=si", "pressure=1,2")
     assert snowrepro("classify", str(metres), "--out", "found").returncode == 0

@@ -9,29 +9,36 @@ import pytest
 import xarray as xr
 
 from snowrepro import open_run, summarise
-from snowrepro.composition import compose
-from snowrepro.config import Config
+from snowrepro.composition.compose import compose
 from snowrepro.errors import StoreError
-from snowrepro.store import identity, runs
-from snowrepro.store.identity import NOT_PHYSICS, canonical, run_id
+from snowrepro.settings.case import Case
+from snowrepro.store import identity
+from snowrepro.store.identity import canonical, run_id
+from snowrepro.store.run import Run
+from tests.configs import changed
+
+
+def id_of(*overrides: str) -> str:
+    """The id of the run that these ask for."""
+    return Run(compose(overrides)).id
 
 
 def test_any_spelling_gives_the_same_id():
     """Order, defaults said aloud, number formats, and what is not physics do not enter."""
-    plain = runs.identify(compose(["pressure=500", "seed=1"]))
+    plain = id_of("pressure=500", "seed=1")
     for spelling in (
         ["seed=1", "shape=ball", "floor=L", "pressure=5e2", "reading=grid_units"],
         ["pressure=500.0", "seed=1", "store=elsewhere", "reports=there", "analysis.break_strain=0.2"],
         ["pressure=500", "seed=1", "reading.gravity=10", "sintering=paper"],
     ):
-        assert runs.identify(compose(spelling)) == plain
+        assert id_of(*spelling) == plain
 
 
 @pytest.mark.parametrize(
     "change", ["pressure=501", "seed=2", "sintering=none", "reading.gravity=9.9", "fidelity=preview", "solver.cfl=0.3"]
 )
 def test_any_physics_gives_another_id(change):
-    assert runs.identify(compose([change])) != runs.identify(compose([]))
+    assert id_of(change) != id_of()
 
 
 @pytest.mark.parametrize(
@@ -52,39 +59,41 @@ def test_any_physics_gives_another_id(change):
 )
 def test_ids_stay(overrides, name):
     """A store is searched by them for years.  Where MODEL_VERSION goes up, they are others."""
-    config = compose(overrides)
-    assert run_id(config, 3) == name
-    physics = config.model_dump(mode="json", exclude=NOT_PHYSICS)
-    if config.indenter:
+    case = compose(overrides).case
+    assert run_id(case, 3) == name
+    physics = case.model_dump(mode="json")
+    if case.indenter:
         del physics["loading"]["frames"]
+    else:
+        del physics["indenter"]
     whole = json.dumps({"model_version": 3, **physics}, sort_keys=True, separators=(",", ":"))
-    assert canonical(config, 3) == whole
+    assert canonical(case, 3) == whole
 
 
 def test_ids_remember_no_section_that_is_gone():
     """Their texts are kept by address, which another section may have later."""
     names = set()
     for value in range(200):
-        config = compose_of(gravity=float(value))
-        names.add(runs.identify(config))
-        del config
+        case = case_of(gravity=float(value))
+        names.add(run_id(case))
+        del case
     assert len(names) == 200
-    default = compose([])
-    runs.identify(default)  # so that the last one asked for is another
+    default = compose([]).case
+    run_id(default)  # so that the last one asked for is another
     gc.collect()
     kept = len(identity._texts)
-    config = compose_of(gravity=1000.0)
-    runs.identify(config)
+    case = case_of(gravity=1000.0)
+    run_id(case)
     assert len(identity._texts) > kept
-    del config
-    runs.identify(default)
+    del case
+    run_id(default)
     gc.collect()
     assert len(identity._texts) == kept
 
 
-def compose_of(gravity: float) -> Config:
-    """A run in which no section but the reading is new, composed once."""
-    base = _base()
+def case_of(gravity: float) -> Case:
+    """A case in which no section but the reading is new, composed once."""
+    base = _base().case
     return base.model_copy(update={"reading": base.reading.model_copy(update={"gravity": gravity})})
 
 
@@ -93,17 +102,16 @@ _base = functools.cache(compose)
 
 def test_experiments_share_runs():
     """A run of an experiment is the same run when asked for by hand."""
-    named = compose(["experiment=fig5", "pressure=510", "sintering=none"])
-    assert runs.identify(named) == runs.identify(compose(["pressure=510", "sintering=none"]))
+    assert id_of("experiment=fig5", "pressure=510", "sintering=none") == id_of("pressure=510", "sintering=none")
 
 
 def test_what_is_saved_is_what_is_opened(small_run, small_config, tmp_path):
     """Every variable with its unit, by id, folder and file; the row of numbers is the same."""
-    config = small_config.model_copy(update={"store": str(tmp_path)})
-    path = runs.save(small_run, config, wall_seconds=1.5)
+    run = Run(changed(small_config, store=str(tmp_path)))
+    path = run.save(small_run, wall_seconds=1.5)
     assert {p.name for p in path.parent.iterdir()} == {"run.nc", "manifest.json"}
-    assert runs.is_done(config)
-    for name in (runs.identify(config), path.parent, path):
+    assert run.is_done()
+    for name in (run.id, path.parent, path):
         with open_run(name, tmp_path) as opened:
             xr.testing.assert_equal(opened.load(), small_run)
             assert all(opened[v].attrs["units"] and opened[v].attrs["long_name"] for v in opened.variables)
@@ -123,22 +131,22 @@ def test_units_follow_the_reading(small_run):
 
 def test_a_broken_file_is_not_done(small_run, small_config, tmp_path):
     """A truncated result is no result, and opening it says so."""
-    config = small_config.model_copy(update={"store": str(tmp_path)})
-    path = runs.save(small_run, config, wall_seconds=1.0)
+    run = Run(changed(small_config, store=str(tmp_path)))
+    path = run.save(small_run, wall_seconds=1.0)
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
-    assert not runs.is_done(config)
+    assert not run.is_done()
     with pytest.raises(StoreError, match="cannot be read"):
         open_run(path)
 
 
 def test_another_runs_file_is_not_done(small_run, small_config, tmp_path):
     """A result in the wrong folder does not count."""
-    here = small_config.model_copy(update={"store": str(tmp_path)})
-    path = runs.save(small_run, here, wall_seconds=1.0)
-    other = here.model_copy(update={"seed": 5})
-    runs.run_dir(other).mkdir()
-    path.rename(runs.result_path(other))
-    assert not runs.is_done(other)
+    here = Run(changed(small_config, store=str(tmp_path)))
+    path = here.save(small_run, wall_seconds=1.0)
+    other = Run(changed(here.config, seed=5))
+    other.folder.mkdir()
+    path.rename(other.result)
+    assert not other.is_done()
 
 
 def test_a_failing_write_leaves_nothing(small_run, small_config, tmp_path, monkeypatch):
@@ -149,12 +157,12 @@ def test_a_failing_write_leaves_nothing(small_run, small_config, tmp_path, monke
         raise RuntimeError("NetCDF: HDF error")
 
     monkeypatch.setattr(xr.Dataset, "to_netcdf", half_a_file)
-    config = small_config.model_copy(update={"store": str(tmp_path)})
+    run = Run(changed(small_config, store=str(tmp_path)))
     with pytest.raises(StoreError, match="cannot write"):
-        runs.save(small_run, config, wall_seconds=1.0)
+        run.save(small_run, wall_seconds=1.0)
     assert not [path for path in tmp_path.rglob("*") if path.is_file()]
-    assert not runs.run_dir(config).exists()
-    assert not runs.is_done(config)
+    assert not run.folder.exists()
+    assert not run.is_done()
 
 
 def test_opening_what_is_not_there(tmp_path):
@@ -165,13 +173,13 @@ def test_opening_what_is_not_there(tmp_path):
 def test_diagnostics_of_the_small_run(small_run, small_config):
     """Mass never changes; gravity acts from release on; while pressed, momentum stays near zero."""
     assert np.ptp(small_run.total_mass.values) == 0
-    press = slice(0, small_config.loading.press_frames)
+    press = slice(0, small_config.case.loading.press_frames)
     scale = float(small_run.total_mass[0] * small_run.top_speed[press].max())
     assert np.abs(small_run.momentum_y[press]).max() < 1e-9 * scale
-    weight = float(small_run.total_mass[0]) * small_config.reading.gravity * small_config.loading.frame_time
+    weight = float(small_run.total_mass[0]) * small_config.case.reading.gravity * small_config.case.loading.frame_time
     fall = np.diff(small_run.momentum_y.values[20:27])
     np.testing.assert_allclose(fall, -weight, rtol=1e-9)
-    assert (small_run.gravitational_energy[: small_config.loading.press_frames + 1] == 0).all()
+    assert (small_run.gravitational_energy[: small_config.case.loading.press_frames + 1] == 0).all()
 
 
 def test_the_package_gives_functions():

@@ -11,12 +11,13 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from omegaconf import OmegaConf
 
-from snowrepro.composition import compose, compose_raw, config_loader
-from snowrepro.config import Config
+from snowrepro.composition.compose import compose, compose_raw, config_loader
 from snowrepro.errors import ConfigError
-from snowrepro.store.identity import identify
+from snowrepro.report.figures.kinds import needs_runs
+from snowrepro.settings.config import PARTS, Config
+from snowrepro.store.run import Run
 from snowrepro.sweep import enumeration
-from snowrepro.sweep.plan import make_plan, read_part
+from snowrepro.sweep.plan import Plan, make_plan, read_part
 
 MOST_JOBS = 6  # that a test composes one by one
 
@@ -42,19 +43,29 @@ def one_by_one(overrides: list[str]) -> list[tuple[Config, tuple[str, ...]]] | s
 def enumerated(overrides: list[str]) -> list[tuple[Config, tuple[str, ...]]] | str:
     """The same by the plan."""
     try:
-        return [(run.config, run.overrides) for run in make_plan(overrides, True).runs]
+        return configs_of(make_plan(overrides, True))
     except ConfigError as error:
         return str(error)
+
+
+def configs_of(plan: Plan) -> list[tuple[Config, tuple[str, ...]]]:
+    """Each run of a plan."""
+    return [(planned.run.config, planned.overrides) for planned in plan.planned]
+
+
+def fields_set(config: Config) -> dict[str, set[str]]:
+    """Which settings were given, part by part."""
+    return {"config": config.model_fields_set, **{name: getattr(config, name).model_fields_set for name in PARTS}}
 
 
 def require_equal(overrides: list[str]) -> None:
     expected, found = one_by_one(overrides), enumerated(overrides)
     assert found == expected
     if isinstance(expected, list):
-        assert [identify(config) for config, _ in found] == [identify(config) for config, _ in expected]
+        assert [Run(config).id for config, _ in found] == [Run(config).id for config, _ in expected]
         # Equality does not tell 0.0 from -0.0, nor what was given from what is so by default.
         assert [repr(config) for config, _ in found] == [repr(config) for config, _ in expected]
-        assert [config.model_fields_set for config, _ in found] == [c.model_fields_set for c, _ in expected]
+        assert [fields_set(config) for config, _ in found] == [fields_set(config) for config, _ in expected]
 
 
 @pytest.fixture
@@ -104,7 +115,7 @@ def require_equal_if_few(overrides: list[str]) -> None:
     require_equal(overrides)
 
 
-@pytest.mark.parametrize("examples", [4, pytest.param(60, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("examples", [4, pytest.param(60, marks=pytest.mark.nightly)])
 def test_enumerating_is_composing(examples):
     """Whatever the axes, and whatever is wrong with them."""
     sweeps = st.lists(st.sampled_from(AXES), min_size=2, max_size=4)
@@ -148,7 +159,7 @@ def test_an_option_may_reach_beyond_its_section(own):
     own("extra/far.yaml", "floor: {drop_x: 70}\n")
     for option, place in (("wide", 60), ("more", 70)):
         require_equal(["floor=L,square", f"fidelity=paper,{option}"])
-        assert make_plan(["floor=square,L", f"fidelity=paper,{option}"], True).configs[3].floor.drop_x == place
+        assert make_plan(["floor=square,L", f"fidelity=paper,{option}"], True).runs[3].case.floor.drop_x == place
 
 
 def test_interpolations_are_followed(own, composed):
@@ -181,7 +192,7 @@ def test_a_choice_may_follow_from_two_others(own):
     own("pair/preview_mls.yaml", "# @package _global_\nshape: {name: chosen}\n")
     overrides = ["shape=chooser", "fidelity=paper,preview", "solver=apic,mls"]
     require_equal(overrides)
-    assert [c.shape.name for c in make_plan(overrides, True).configs] == ["ball", "ball", "ball", "chosen"]
+    assert [run.case.shape.name for run in make_plan(overrides, True).runs] == ["ball", "ball", "ball", "chosen"]
 
 
 def test_a_drawing_is_traced_for_each_run(own):
@@ -198,11 +209,12 @@ def test_few_runs_are_composed(composed):
     )
     assert len(plan.runs) == 600
     assert len(composed) == 4
-    made = [run.config for run in plan.runs if list(run.overrides) not in composed]
-    assert len({id(config.shape) for config in made}) == 2
-    assert len({id(config.solver) for config in made}) == 2
-    assert len({id(config.reading) for config in made}) == 1
-    assert len({id(config.model_fields_set) for config in made}) == 1
+    made = [planned.run.config for planned in plan.planned if list(planned.overrides) not in composed]
+    assert len({id(config.case.shape) for config in made}) == 2
+    assert len({id(config.case.solver) for config in made}) == 2
+    assert len({id(config.case.reading) for config in made}) == 1
+    assert len({id(config.case.model_fields_set) for config in made}) == 1
+    assert len({id(config.question) for config in made}) == len({id(config.execution) for config in made}) == 1
 
 
 def test_structures_are_composed_one_by_one(composed):
@@ -214,15 +226,15 @@ def test_structures_are_composed_one_by_one(composed):
 def test_parts_hold_every_run_once(composed):
     """In turn, and what a part does not need is not composed for it."""
     overrides = ["floor=L,square,stair1", "seed=1,2,3"]
-    whole = make_plan(overrides, True).runs
-    parts = [make_plan(overrides, True, part=(i, 2)).runs for i in (1, 2)]
+    whole = configs_of(make_plan(overrides, True))
+    parts = [configs_of(make_plan(overrides, True, part=(i, 2))) for i in (1, 2)]
     assert parts == [whole[::2], whole[1::2]]
     composed.clear()
-    assert make_plan(overrides, True, part=(4, 5)).runs == (whole[3], whole[8])
+    assert configs_of(make_plan(overrides, True, part=(4, 5))) == [whole[3], whole[8]]
     assert [job[0] for job in composed] == ["floor=square", "floor=stair1"]
     nothing = make_plan(overrides, True, part=(10, 10))
     assert nothing.runs == ()
-    assert not nothing.needs_runs
+    assert not needs_runs(nothing.runs)
 
 
 def test_a_part_does_not_see_what_is_wrong_elsewhere():
@@ -232,7 +244,7 @@ def test_a_part_does_not_see_what_is_wrong_elsewhere():
 
 
 def test_one_run_is_the_first_part():
-    assert make_plan(["pressure=7"], False, part=(1, 2)).configs[0].pressure == 7
+    assert make_plan(["pressure=7"], False, part=(1, 2)).runs[0].case.pressure == 7
     assert make_plan(["pressure=7"], False, part=(2, 2)).runs == ()
 
 
@@ -265,10 +277,9 @@ def test_a_sweep_that_cannot_be_is_refused(overrides, message):
 
 ENUMERATE = """
 import sys
-from snowrepro.store.identity import identify
 from snowrepro.sweep.plan import make_plan
 plan = make_plan(sys.argv[1:], True)
-print(len({identify(config) for config in plan.configs}))
+print(len({run.id for run in plan.runs}))
 print(*sorted({"taichi", "matplotlib", "xarray", "numpy", "scipy"} & set(sys.modules)))
 from snowrepro.store.provenance import peak_memory_mb
 print(peak_memory_mb())

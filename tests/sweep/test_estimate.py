@@ -5,36 +5,35 @@ from pathlib import Path
 
 import pytest
 
-from snowrepro.composition import compose
-from snowrepro.config import Config
+from snowrepro.composition.compose import compose
 from snowrepro.errors import ConfigError
-from snowrepro.store import manifest, runs
+from snowrepro.store import manifest
 from snowrepro.store.cost import kind_of
+from snowrepro.store.run import Run
 from snowrepro.sweep import record
 from snowrepro.sweep.batch import ranges
 from snowrepro.sweep.estimate import GUESS_COST, GUESS_STARTUP, LAUNCH_SECONDS, estimate
-from snowrepro.sweep.explain import config_of_run, explain
+from snowrepro.sweep.explain import explain, run_named
 from snowrepro.sweep.plan import make_plan
 
 
-def finished(config: Config, seconds: float, per_frame: float, megabytes: int = 300) -> None:
+def finished(run: Run, seconds: float, per_frame: float, megabytes: int = 300) -> None:
     """A run that took so long, without its particles."""
-    folder = runs.run_dir(config)
-    folder.mkdir(parents=True)
+    run.folder.mkdir(parents=True)
     took = {"wall_seconds": seconds, "seconds_per_frame": per_frame, "peak_memory_mb": megabytes}
-    manifest.write(folder, [], {"run_id": folder.name, "kind": vars(kind_of(config)), **took})
+    manifest.write(run.folder, [], {"run_id": run.id, "kind": vars(kind_of(run.case)), **took})
 
 
 @pytest.fixture
 def of(tmp_path):
     """A run of a store, by its overrides."""
-    return lambda *overrides: compose([*overrides, f"store={tmp_path}"])
+    return lambda *overrides: Run(compose([*overrides, f"store={tmp_path}"]))
 
 
 def test_without_a_run_it_is_a_guess(of, tmp_path):
-    config = of("fidelity=preview")
-    found = estimate([config, config], tmp_path / "nowhere")
-    one = GUESS_STARTUP + 600 * kind_of(config).work * GUESS_COST + LAUNCH_SECONDS
+    case = of("fidelity=preview").case
+    found = estimate([case, case], tmp_path / "nowhere")
+    one = GUESS_STARTUP + 600 * kind_of(case).work * GUESS_COST + LAUNCH_SECONDS
     assert found.measured == 0
     assert found.seconds == pytest.approx(2 * one)
 
@@ -43,8 +42,8 @@ def test_a_like_run_tells(of, tmp_path):
     """Another seed takes what this one took: its start, its frames, and the launcher's time."""
     finished(of("fidelity=preview", "pressure=500"), seconds=14.0, per_frame=0.02)
     finished(of("fidelity=preview", "pressure=3000"), seconds=31.0, per_frame=0.05, megabytes=900)
-    low = estimate([of("fidelity=preview", "pressure=500", "seed=7")], tmp_path)
-    high = estimate([of("fidelity=preview", "pressure=2500", "seed=7")], tmp_path)
+    low = estimate([of("fidelity=preview", "pressure=500", "seed=7").case], tmp_path)
+    high = estimate([of("fidelity=preview", "pressure=2500", "seed=7").case], tmp_path)
     assert low.seconds == pytest.approx(14.0 + LAUNCH_SECONDS)
     assert high.seconds == pytest.approx(31.0 + LAUNCH_SECONDS)
     assert (low.measured, high.memory_mb) == (2, 900)
@@ -53,7 +52,7 @@ def test_a_like_run_tells(of, tmp_path):
 def test_a_finer_run_takes_as_much_more_work(of, tmp_path):
     """Four times the particles, twice the substeps; the start is the same."""
     finished(of("fidelity=preview"), seconds=14.0, per_frame=0.02)
-    found = estimate([of("fidelity=paper")], tmp_path)
+    found = estimate([of("fidelity=paper").case], tmp_path)
     assert found.seconds == pytest.approx(2.0 + 8 * 600 * 0.02 + LAUNCH_SECONDS, rel=1e-3)
 
 
@@ -63,18 +62,18 @@ def test_what_differs_more_tells_less(of, tmp_path):
     finished(of("fidelity=preview", "pressure=1000"), seconds=32.0, per_frame=0.05)
     for seed, seconds in ((0, 14.0), (1, 20.0), (2, 26.0)):
         finished(of("fidelity=preview", "floor=zigzag", f"seed={seed}"), seconds, per_frame=(seconds - 2.0) / 600)
-    found = estimate([of("fidelity=preview")], tmp_path)
+    found = estimate([of("fidelity=preview").case], tmp_path)
     assert found.seconds == pytest.approx(20.0 + LAUNCH_SECONDS)
 
 
 def test_runs_of_this_processor_count_first(of, tmp_path, monkeypatch):
     monkeypatch.setattr(manifest, "environment", lambda: {"processor": "another"})
     finished(of("fidelity=preview"), seconds=602.0, per_frame=1.0)
-    config = of("fidelity=preview", "seed=1")
-    assert estimate([config], tmp_path).seconds == pytest.approx(602.0 + LAUNCH_SECONDS)
+    case = of("fidelity=preview", "seed=1").case
+    assert estimate([case], tmp_path).seconds == pytest.approx(602.0 + LAUNCH_SECONDS)
     monkeypatch.undo()
     finished(of("fidelity=preview", "floor=zigzag"), seconds=14.0, per_frame=0.02)
-    assert estimate([config], tmp_path).seconds == pytest.approx(14.0 + LAUNCH_SECONDS)
+    assert estimate([case], tmp_path).seconds == pytest.approx(14.0 + LAUNCH_SECONDS)
 
 
 @pytest.mark.parametrize(
@@ -108,8 +107,9 @@ def test_a_sweep_is_remembered(tmp_path):
     assert record.write(plan) == tmp_path / "sweeps" / "fig5,fidelity=preview"
     found = record.read("fig5,fidelity=preview", tmp_path)
     assert found.overrides == ("experiment=fig5", "fidelity=preview")
-    assert list(found.cells.values()) == [runs.identify(config) for config in plan.configs]
-    assert make_plan([*found.overrides, f"store={tmp_path}"], True).configs == plan.configs
+    assert list(found.cells.values()) == [run.id for run in plan.runs]
+    again = make_plan([*found.overrides, f"store={tmp_path}"], True)
+    assert [run.config for run in again.runs] == [run.config for run in plan.runs]
     with pytest.raises(ConfigError, match=r"no sweep 'fig6' in the store .*; there are: fig5,fidelity=preview"):
         record.read("fig6", tmp_path)
     with pytest.raises(ConfigError, match="there are: none yet"):
@@ -128,7 +128,7 @@ def test_a_run_that_was_only_asked_for_is_known(tmp_path):
     store = tmp_path / "it's a store"
     plan = make_plan(["pressure=1,2", "reading.plastic_volume=[0.1, 10.0]", record.store_override(store)], True)
     record.write(plan)
-    wanted = plan.configs[1]
-    assert config_of_run(runs.identify(wanted)[-10:], store) == wanted
-    lines = explain(runs.identify(wanted), store)
-    assert lines[:2] == [f"{runs.identify(wanted)}: pending", "  never run"]
+    wanted = plan.runs[1]
+    assert run_named(wanted.id[-10:], store).config == wanted.config
+    lines = explain(wanted.id, store)
+    assert lines[:2] == [f"{wanted.id}: pending", "  never run"]

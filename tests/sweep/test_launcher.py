@@ -21,14 +21,14 @@ def test_it_is_found():
     assert LocalLauncher.__name__ in [plugin.__name__ for plugin in Plugins.instance().discover(Launcher)]
 
 
-@pytest.mark.parametrize("launcher_name, overrides", [("local", [])])
+@pytest.mark.parametrize(("launcher_name", "overrides"), [("local", [])])
 class TestLocalLauncher(LauncherTestSuite):
     """Any application's jobs."""
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "task_launcher_cfg, extra_flags",
+    ("task_launcher_cfg", "extra_flags"),
     [({}, ["-m", "hydra/launcher=local", "hydra/hydra_logging=disabled", "hydra/job_logging=disabled"])],
 )
 class TestLocalLauncherIntegration(IntegrationTestSuite):

@@ -4,10 +4,10 @@ import dataclasses
 
 import numpy as np
 
-from snowrepro.config import Config
 from snowrepro.mpm import solver
 from snowrepro.mpm.laws import laws_of
 from snowrepro.scene.build import Scene, floor_and_walls
+from snowrepro.settings.case import Case
 
 # No plastic flow, no hardening, no sintering: what is left has closed solutions.
 ELASTIC = (
@@ -16,21 +16,21 @@ ELASTIC = (
 )
 
 
-def over_floor(config: Config, positions: np.ndarray, volume: float, height: float) -> Scene:
-    """Particles wherever a test wants them, over the floor of ``config``."""
-    dx, width = config.dx, config.floor.width
+def over_floor(case: Case, positions: np.ndarray, volume: float, height: float) -> Scene:
+    """Particles wherever a test wants them, over the floor of ``case``."""
+    dx, width = case.dx, case.floor.width
     counts = (int(width / dx) + 1, int(height / dx) + 1)
     nodes = np.stack(np.meshgrid(*(np.arange(n) * dx for n in counts), indexing="ij"), axis=-1).reshape(-1, 2)
-    distance, normal = floor_and_walls(config.floor.outline, nodes, width, height, 3 * dx)
-    mass = config.material.rho * volume
+    distance, normal = floor_and_walls(case.floor.outline, nodes, width, height, 3 * dx)
+    mass = case.material.rho * volume
     none = np.zeros(len(positions))
     return Scene(positions, none, mass, volume, distance.reshape(counts), normal.reshape(*counts, 2), 1.0)
 
 
-def in_space(config: Config, positions: np.ndarray, volume: float | np.ndarray) -> Scene:
+def in_space(case: Case, positions: np.ndarray, volume: float | np.ndarray) -> Scene:
     """Particles with nothing around them; ``volume`` is one for all, or one each."""
-    counts = tuple(np.ceil(positions.max(axis=0) / config.dx + 8).astype(int))
-    mass = config.material.rho * volume
+    counts = tuple(np.ceil(positions.max(axis=0) / case.dx + 8).astype(int))
+    mass = case.material.rho * volume
     far, up = np.full(counts, 1e9), np.tile([0.0, 1.0], (*counts, 1))
     return Scene(positions, np.zeros(len(positions)), mass, volume, far, up, 1.0)
 
@@ -56,11 +56,11 @@ def rings(inner: float, outer: float, spacing: float) -> tuple[np.ndarray, np.nd
 class Motion:
     """A scene in motion; ``advance`` steps it, ``read`` and ``mean`` look at it."""
 
-    def __init__(self, config: Config, scene: Scene, frame_time: float | None = None):
-        solver.start_taichi(config)
-        laws = laws_of(config)
+    def __init__(self, case: Case, scene: Scene, frame_time: float | None = None):
+        solver.start_taichi(case.solver, threads=1)
+        laws = laws_of(case)
         self.laws = dataclasses.replace(laws, frame_time=frame_time) if frame_time else laws
-        self.particles, self.nodes, self.ledger = solver.allocate(config, scene, self.laws)
+        self.particles, self.nodes, self.ledger = solver.allocate(case, scene, self.laws)
 
     def advance(self, frames: int = 1, gravity: float = 0.0, damping: float = 0.0) -> None:
         """So many frames; a failure of the solver is one of the test."""

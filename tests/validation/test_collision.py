@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from snowrepro.composition import compose
+from snowrepro.composition.compose import compose
 from tests import twin
 from tests.validation.motion import ELASTIC, Motion, in_space, rings
 
@@ -18,14 +18,14 @@ class Collision:
 
     def __init__(self, dx: float, spline: str, aside: float = 0.0):
         """``aside`` is how far the second disc's centre is above the first's."""
-        config = compose(
+        case = compose(
             [
                 *ELASTIC,
                 *(f"material.rho={RHO}", f"material.E={E}", f"material.nu={NU}"),
                 *("material.theta_c=0.9", "material.theta_s=0.9"),  # never reached
                 *(f"solver.spline={spline}", f"fidelity.dx={dx}"),
             ]
-        )
+        ).case
         places, volumes = rings(0.0, RADIUS, dx / 2)
         self.n, self.mass = len(places), volumes * RHO
         gap = 3 * dx  # on either spline they share no node at the start
@@ -33,7 +33,7 @@ class Collision:
         right = left + np.array([np.sqrt((2 * RADIUS) ** 2 - aside**2) + gap, aside])
         both = np.concatenate([places + left, places + right])
         frame_time = 0.05 * RADIUS / WAVE
-        self.motion = Motion(config, in_space(config, both, np.tile(volumes, 2)), frame_time)
+        self.motion = Motion(case, in_space(case, both, np.tile(volumes, 2)), frame_time)
         velocity = np.repeat([[SPEED, 0.0], [-SPEED, 0.0]], self.n, axis=0)
         self.motion.set_velocity(velocity, np.zeros((2 * self.n, 2, 2)))
         count = int((gap / SPEED + 7 * RADIUS / WAVE) / frame_time)

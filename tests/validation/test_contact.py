@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from snowrepro.composition import compose
+from snowrepro.composition.compose import compose
 from snowrepro.mpm import solver
 from snowrepro.scene.build import build_scene
 from tests.validation.motion import ELASTIC, Motion, over_floor
@@ -19,17 +19,17 @@ def bowl(radius: float, spline: str = "cubic", inside: str = "moved_out") -> tup
     width, edge = 2 * radius + 40, 20 + radius
     bulge = float(np.tan(np.pi / 8))
     corners = [[0, 0], [width, 0], [width, 20], [edge, 20, -bulge], [20, edge], [0, edge]]
-    config = compose(
+    case = compose(
         [
             *COULOMB,
             *(f"floor.outline.points={corners}", f"floor.width={width}", f"reading.inside_floor={inside}"),
             *(f"solver.spline={spline}", "reading.friction=0", "loading.frame_time=0.01"),
             "material.E=1e-6",  # no stress in a point
         ]
-    )
+    ).case
     angle = np.pi + 0.1
     start = np.array([[edge, edge]]) + (radius - 1e-4) * np.array([[np.cos(angle), np.sin(angle)]])
-    return Motion(config, over_floor(config, start, 1.0, radius + 60)), edge
+    return Motion(case, over_floor(case, start, 1.0, radius + 60)), edge
 
 
 def speed_in_bowl(radius: float, spline: str) -> tuple[float, float]:
@@ -70,24 +70,24 @@ def block_on_incline(degrees: float, friction: float, spline: str) -> tuple[floa
     slope = np.radians(degrees)
     width = 220
     rise = width * np.tan(slope)
-    config = compose(
+    case = compose(
         [
             *COULOMB,
             *(f"floor.outline.points=[[0,0],[{width},0],[0,{rise}]]", f"floor.width={width}"),
             *(f"reading.friction={friction}", f"solver.spline={spline}"),
             "material.E=1e7",
         ]
-    )
+    ).case
     down, up = np.array([np.cos(slope), -np.sin(slope)]), np.array([np.sin(slope), np.cos(slope)])
     along, above = np.meshgrid(np.arange(0.25, 24, 0.5), np.arange(0.25, 12, 0.5), indexing="ij")
     corner = np.array([40, rise - 40 * np.tan(slope)])
     places = corner + along.reshape(-1, 1) * down + above.reshape(-1, 1) * up
-    motion = Motion(config, over_floor(config, places, 0.25, np.ceil(rise + 70)))
+    motion = Motion(case, over_floor(case, places, 0.25, np.ceil(rise + 70)))
     motion.advance(50, GRAVITY, damping=20.0)
     times, speeds = [], []
     for frame in range(100):
         motion.advance(gravity=GRAVITY)
-        times.append((frame + 1) * config.loading.frame_time)
+        times.append((frame + 1) * case.loading.frame_time)
         speeds.append(motion.mean("velocity") @ down)
     assert abs(motion.mean("velocity") @ up) < 0.01  # it neither sinks nor bounces
     return float(np.polyfit(times[25:], speeds[25:], 1)[0]), speeds[-1]
@@ -117,9 +117,9 @@ def test_block_sticks_below_the_friction_angle(friction, spline, compare):
 
 def test_snow_separates_from_the_floor(taichi):
     """A floor under snow that flies up takes no momentum from it."""
-    config = compose([*COULOMB, "reading.friction=1", "fidelity=preview"])
+    case = compose([*COULOMB, "reading.friction=1", "fidelity=preview"]).case
     places = np.stack(np.meshgrid(np.arange(90.5, 110, 1), np.arange(12.8, 22, 1)), axis=-1).reshape(-1, 2)
-    motion = Motion(config, over_floor(config, places, 1.0, 100.0))
+    motion = Motion(case, over_floor(case, places, 1.0, 100.0))
     motion.particles.write("velocity", np.tile([3.0, 30.0], (len(places), 1)))
     motion.advance(10, GRAVITY)
     np.testing.assert_allclose(motion.mean("velocity"), [3.0, 30.0 - 10 * GRAVITY * 0.02], rtol=1e-9)
@@ -131,16 +131,16 @@ def test_a_mirrored_scene_gives_the_mirrored_run(contact):
     small = ["fidelity=preview", "loading.press_frames=4", "loading.frames=26", f"reading.contact={contact}"]
     small += ["reading.drop_height=3", "reading.gravity=60", "pressure=3000", "floor.drop_x=90"]
     corners = [[0, 0], [200, 0], [200, 30.3], [140, 30.3], [100, 20.3], [70, 40.3], [60, 12.3], [0, 12.3]]
-    configs = [
-        compose([*small, f"floor.outline.points={corners}"]),
-        compose([*small, f"floor.outline.points={[[200 - x, y] for x, y in corners]}", "floor.drop_x=110"]),
+    cases = [
+        compose([*small, f"floor.outline.points={corners}"]).case,
+        compose([*small, f"floor.outline.points={[[200 - x, y] for x, y in corners]}", "floor.drop_x=110"]).case,
     ]
-    scenes = [build_scene(config) for config in configs]
+    scenes = [build_scene(case) for case in cases]
     mirrored = scenes[0].positions * [-1, 1] + [200, 0]
     scenes[1] = dataclasses.replace(scenes[1], positions=mirrored)
     states = []
-    for config, scene in zip(configs, scenes, strict=True):
-        *_, last = solver.frames(config, scene)
+    for case, scene in zip(cases, scenes, strict=True):
+        *_, last = solver.frames(case, scene)
         states.append({name: last.read(name) for name in ("position", "velocity", "hardening", "J_P")})
     one, other = states
     assert one["J_P"].min() < 0.9  # it has hit the floor and yielded

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from snowrepro.composition import compose
-from snowrepro.config import Outline
+from snowrepro.composition.compose import compose
 from snowrepro.scene.build import sample
 from snowrepro.scene.press import external_force
+from snowrepro.settings.case import Outline
 from tests.validation.motion import ELASTIC, Motion, in_space
 
 SPLINES = ("quadratic", "cubic")
@@ -20,9 +20,9 @@ def disc(radius: float, dx: float = 1.0) -> np.ndarray:
 @pytest.mark.parametrize("spline", SPLINES)
 def test_rigid_translation(spline, compare):
     """A body that flies stays as it is."""
-    config = compose([*ELASTIC, f"solver.spline={spline}"])
+    case = compose([*ELASTIC, f"solver.spline={spline}"]).case
     start = disc(6.0)
-    motion = Motion(config, in_space(config, start, 0.25), frame_time=0.1)
+    motion = Motion(case, in_space(case, start, 0.25), frame_time=0.1)
     velocity = np.array([0.7, 0.3])
     motion.set_velocity(np.tile(velocity, (len(start), 1)), np.zeros((len(start), 2, 2)))
     motion.advance(50)
@@ -35,9 +35,9 @@ def test_rigid_translation(spline, compare):
 @pytest.mark.parametrize("spline", SPLINES)
 def test_rigid_rotation(spline, compare):
     """Twenty seconds at one radian a second: angular momentum stays, kinetic energy never grows."""
-    config = compose([*ELASTIC, f"solver.spline={spline}", "material.E=1e6"])
+    case = compose([*ELASTIC, f"solver.spline={spline}", "material.E=1e6"]).case
     places = disc(8.0)
-    motion = Motion(config, in_space(config, places, 0.25), frame_time=0.1)
+    motion = Motion(case, in_space(case, places, 0.25), frame_time=0.1)
     arm = places - places.mean(axis=0)
     spin = np.array([[0.0, -1.0], [1.0, 0.0]])
     motion.set_velocity(arm @ spin.T, np.tile(spin, (len(places), 1, 1)))
@@ -55,12 +55,12 @@ def test_rigid_rotation(spline, compare):
 def period_of_bar(dx: float, spline: str) -> float:
     """Period of the first longitudinal mode of a free bar, over theory's 2 L sqrt(rho / E)."""
     length, height, particles = 24.0, 6.0, 2.0 / dx
-    config = compose([*ELASTIC, f"fidelity.dx={dx}", f"solver.spline={spline}", "material.nu=0", "material.E=1e5"])
-    theory = 2 * length * np.sqrt(config.material.rho / config.material.E)
+    case = compose([*ELASTIC, f"fidelity.dx={dx}", f"solver.spline={spline}", "material.nu=0", "material.E=1e5"]).case
+    theory = 2 * length * np.sqrt(case.material.rho / case.material.E)
     spacing, end = 1 / particles, 6 * dx
     axes = [end + (np.arange(round(size * particles)) + 0.5) * spacing for size in (length, height)]
     places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
-    motion = Motion(config, in_space(config, places, spacing**2), frame_time=theory / 40)
+    motion = Motion(case, in_space(case, places, spacing**2), frame_time=theory / 40)
     phase = np.pi * (places[:, 0] - end) / length
     velocity, gradient = np.zeros((len(places), 2)), np.zeros((len(places), 2, 2))
     velocity[:, 0] = 0.1 * np.cos(phase)
@@ -95,11 +95,11 @@ def test_disc_in_its_pressing_force(spline, compare):
     Theory: plane strain, free edge, b = -k r: u = A r + B r^3 with B = rho k / (8 (lambda + 2 mu)).
     """
     radius, pressure, E, nu = 12.0, 1e3, 1e6, 0.3
-    config = compose([*ELASTIC, f"solver.spline={spline}", f"material.E={E}", f"material.nu={nu}"])
+    case = compose([*ELASTIC, f"solver.spline={spline}", f"material.E={E}", f"material.nu={nu}"]).case
     places = disc(radius)
-    motion = Motion(config, in_space(config, places, np.pi * radius**2 / len(places)))
+    motion = Motion(case, in_space(case, places, np.pi * radius**2 / len(places)))
     depth = np.zeros(len(places))
-    force = external_force("radial_linear", places, depth, pressure, config.material.rho, radius, 2.0)
+    force = external_force("radial_linear", places, depth, pressure, case.material.rho, radius, 2.0)
     motion.particles.write("force", force)
     motion.advance(100, damping=40.0)
     motion.advance(50, damping=8.0)

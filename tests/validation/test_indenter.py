@@ -3,29 +3,26 @@
 import numpy as np
 import pytest
 
-from snowrepro.analysis.hardness import curve, indentation
-from snowrepro.composition import compose
+from snowrepro.composition.compose import compose
 from snowrepro.mpm.indenter import OPEN, force_of
-from snowrepro.simulation import simulate
-from tests.conftest import SMALL
+from snowrepro.run import simulate
+from snowrepro.summary.measure import measure_test, read_curve
+from tests.conftest import QUICK
 from tests.validation.motion import ELASTIC, Motion, in_space
 from tests.validation.test_elastic import disc
 
 FLAT = 1e7  # radius of a disc that is flat over a few cells [cells]
 WIDE, TALL, LEFT, LOW = 12.0, 40.0, 20.25, 8.0  # a block that ends on a grid line, and its lower left corner [cells]
 VICE = LOW + 4.0
-# The test on a small body; its speed is for tests of bits and books, not of hardness.
-QUICK = [*SMALL, "pressure=3000", "indenter=disc", "indenter.speed=4", "indenter.depth=3"]
-QUICK += ["indenter.rest_frames=10", "indenter.every=20"]
 
 
 def block(radius: float = FLAT, **overrides: float) -> Motion:
     """A block in open space, under a disc that is not there yet; no friction, no hardening."""
     given = [f"{name.replace('__', '.')}={value}" for name, value in overrides.items()]
-    config = compose([*ELASTIC, "indenter=disc", f"indenter.radius={radius}", *given])
+    case = compose([*ELASTIC, "indenter=disc", f"indenter.radius={radius}", *given]).case
     axes = [np.arange(0.25, size, 0.5) + low for size, low in ((WIDE, LEFT), (TALL, LOW))]
     places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
-    return Motion(config, in_space(config, np.vstack([places, [60.0, 60.0]]), 0.25), frame_time=0.02)
+    return Motion(case, in_space(case, np.vstack([places, [60.0, 60.0]]), 0.25), frame_time=0.02)
 
 
 def press(motion: Motion, top: float, depth: float, speed: float, damping: float = 0.0) -> list[float]:
@@ -117,9 +114,9 @@ def test_what_moves_together_feels_no_force(radius, compare):
 
 def test_what_the_disc_gives_the_snow_gets(compare):
     """A disc that meets a body in open space: its impulse is the body's momentum, and sets it in motion."""
-    config = compose([*ELASTIC, "indenter=disc", "indenter.radius=6"])
+    case = compose([*ELASTIC, "indenter=disc", "indenter.radius=6"]).case
     places = disc(8.0)
-    motion = Motion(config, in_space(config, np.vstack([places, [60.0, 60.0]]), 0.25), frame_time=0.02)
+    motion = Motion(case, in_space(case, np.vstack([places, [60.0, 60.0]]), 0.25), frame_time=0.02)
     centre, top = places[:, 0].mean(), places[:, 1].max()
     impulse = 0.0
     for frame in range(60):
@@ -151,7 +148,7 @@ def test_the_force_is_that_of_a_section(compare):
     carried = []
 
     def look(progress):
-        if progress.frame > config.frames - 600 and progress.frame % 5 == 0:
+        if progress.frame > config.case.frames - 600 and progress.frame % 5 == 0:
             state = progress.checkpoint()
             low = state["test_place"][2] + 3.0
             slab = (state["position"][:, 1] > low) & (state["position"][:, 1] < low + 4.0)
@@ -162,7 +159,7 @@ def test_the_force_is_that_of_a_section(compare):
     compare("indented: stress through a section over the force on the disc", np.mean(carried) / force, 1, rel=0.02)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(("pressure", "sintering"), [(340, "paper"), (340, "none"), (3300, "paper")])
 def test_half_the_speed_gives_the_same_force(pressure, sintering, compare):
     """The force is that of a slow test, but for creep: hardness at half the speed is the same within 5 %.
@@ -171,7 +168,7 @@ def test_half_the_speed_gives_the_same_force(pressure, sintering, compare):
     again with each further halving, so it is no inertia, and changes less on the paper's grid.
     """
     common = ["fidelity=preview", "indenter=disc", f"pressure={pressure}", f"sintering={sintering}"]
-    full, half = (indentation(simulate(compose([*common, *more]))) for more in ([], ["indenter.speed=0.1"]))
+    full, half = (measure_test(simulate(compose([*common, *more]))) for more in ([], ["indenter.speed=0.1"]))
     compare(f"half the speed, {pressure}, {sintering}: hardness", half["hardness"] / full["hardness"], 1, rel=0.05)
 
 
@@ -182,7 +179,7 @@ def test_the_books_close(compare):
     for axis in "xy":
         rest = float(abs(run[f"unclosed_momentum_{axis}"]).max()) / scale
         compare(f"indented: momentum {axis} without a cause, of the disc's largest impulse", rest, 0, abs=1e-12)
-    depth, force = curve(run)
+    depth, force = read_curve(run)
     assert depth[0] == pytest.approx(-4.0 + 0.04) and depth[-1] == pytest.approx(3.0, abs=0.04)
     work = float((force * 4.0 * 0.02).sum())
     given = float(run.floor_work[31:].sum())

@@ -5,9 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from snowrepro.composition import compose
-from snowrepro.mpm import diagnostics, solver
-from snowrepro.simulation import simulate
+from snowrepro.composition.compose import compose
+from snowrepro.mpm import solver
+from snowrepro.mpm.ledger import WORKS
+from snowrepro.run import simulate
 from tests import twin
 from tests.conftest import SMALL
 from tests.validation.motion import ELASTIC, Motion, in_space, over_floor
@@ -18,7 +19,7 @@ HIGH = ["reading.drop_height=30", "loading.frames=40"]
 
 def turnover(run, first: int, last: int) -> float:
     """Energy that went through the ledger's causes in the frames after ``first`` up to ``last``."""
-    return float(sum(abs(run[name][first + 1 : last + 1]).sum() for name in diagnostics.WORKS))
+    return float(sum(abs(run[name][first + 1 : last + 1]).sum() for name in WORKS))
 
 
 def unclosed(run, first: int, last: int) -> float:
@@ -48,10 +49,10 @@ def test_every_frame_of_a_run_closes(small_run, compare):
 
 def test_what_is_unclosed_has_the_same_bits_on_every_python(small_run):
     """Plain additions in order; sum() of Python 3.12 and later would compensate their rounding."""
-    run = {name: small_run[name].values for name in ("kinetic_energy", "elastic_energy", *diagnostics.WORKS)}
+    run = {name: small_run[name].values for name in ("kinetic_energy", "elastic_energy", *WORKS)}
     change = np.diff(run["kinetic_energy"]) + np.diff(run["elastic_energy"])
     explained = np.zeros_like(change)
-    for name in diagnostics.WORKS:
+    for name in WORKS:
         explained += run[name][1:]
     np.testing.assert_array_equal(small_run.unclosed_energy[1:], change - explained)
 
@@ -91,17 +92,17 @@ def test_free_fall_turns_potential_into_kinetic_energy():
     rest = fallen - float(run.kinetic_energy[40])
     assert rest == pytest.approx(early, rel=1e-9)
     assert float(run.unclosed_energy.sum()) == pytest.approx(-rest, rel=1e-6)
-    others = [name for name in diagnostics.WORKS if name != "gravity_work"]
+    others = [name for name in WORKS if name != "gravity_work"]
     assert sum(float(abs(run[name]).sum()) for name in others) < 1e-9 * fallen
 
 
 def test_sintering_puts_in_what_the_moduli_gain():
     """A body under strain whose stiffness grows in place: the ledger books the growth and nothing else."""
-    config = compose([*ELASTIC, "sintering=paper", "material.xi=5"])
+    case = compose([*ELASTIC, "sintering=paper", "material.xi=5"]).case
     places = disc(6.0)
-    solver.start_taichi(config)
-    laws = dataclasses.replace(solver.laws_of(config), frame_time=1e-9)
-    particles, nodes, ledger = solver.allocate(config, in_space(config, places, 0.25), laws)
+    solver.start_taichi(case.solver, threads=1)
+    laws = dataclasses.replace(solver.laws_of(case), frame_time=1e-9)
+    particles, nodes, ledger = solver.allocate(case, in_space(case, places, 0.25), laws)
     particles.write("F_E", np.tile(np.diag([0.99, 1.002]), (len(places), 1, 1)))
     particles.write("J_P", np.full(len(places), 0.9))
     particles.write("density", np.full(len(places), 150.0))  # whose modulus Eq. 7 has yet to give
@@ -126,13 +127,13 @@ def test_stopping_at_release_is_booked():
 
 def test_energies_are_those_of_the_twin():
     """Kinetic energy with the affine motion's share, and elastic energy with hardened moduli, by another way."""
-    config = compose(["fidelity=preview"])
+    case = compose(["fidelity=preview"]).case
     rng = np.random.default_rng(5)
     places = disc(6.0, dx=2.0)
     n = len(places)
-    solver.start_taichi(config)
-    laws = dataclasses.replace(solver.laws_of(config), frame_time=1e-12)
-    particles, nodes, ledger = solver.allocate(config, in_space(config, places * 2, 1.0), laws)
+    solver.start_taichi(case.solver, threads=1)
+    laws = dataclasses.replace(solver.laws_of(case), frame_time=1e-12)
+    particles, nodes, ledger = solver.allocate(case, in_space(case, places * 2, 1.0), laws)
     particles.write("F_E", np.eye(2) + rng.normal(0, 1e-3, (n, 2, 2)))
     particles.write("J_P", rng.uniform(0.7, 1.1, n))
     particles.write("velocity", rng.normal(0, 1, (n, 2)))
@@ -151,9 +152,9 @@ def test_energies_are_those_of_the_twin():
 
 def test_friction_takes_what_a_sliding_block_loses(compare):
     """Stiff snow on a flat floor with mu = 0.3: the floor's work is - mu m g times the way, and the speed's loss."""
-    config = compose([*ELASTIC, "reading.contact=coulomb", "reading.friction=0.3", "material.E=1e7"])
+    case = compose([*ELASTIC, "reading.contact=coulomb", "reading.friction=0.3", "material.E=1e7"]).case
     places = np.stack(np.meshgrid(np.arange(60.25, 84, 0.5), np.arange(12.55, 20, 0.5)), axis=-1).reshape(-1, 2)
-    motion = Motion(config, over_floor(config, places, 0.25, 60.0))
+    motion = Motion(case, over_floor(case, places, 0.25, 60.0))
     motion.advance(50, 10.0, damping=20.0)
     n = len(places)
     motion.set_velocity(np.tile([8.0, 0.0], (n, 1)), np.zeros((n, 2, 2)))

@@ -8,7 +8,7 @@ and with a radial motion added, so that lambda and the change of volume take par
 import numpy as np
 import pytest
 
-from snowrepro.composition import compose
+from snowrepro.composition.compose import compose
 from tests import twin
 from tests.validation.motion import ELASTIC, Motion, in_space, rings
 
@@ -117,11 +117,11 @@ def error_at_end(cells: int, spline: str) -> float:
     """Root mean square distance from motion_of at t = 1, where ``cells`` grid spacings make one length."""
     dx = 1 / cells
     places, volumes = rings(INNER, OUTER, dx / 2)
-    config = compose([*WANTED, f"solver.spline={spline}", f"fidelity.dx={dx}", "solver.cfl=1"])
+    case = compose([*WANTED, f"solver.spline={spline}", f"fidelity.dx={dx}", "solver.cfl=1"]).case
     centre = np.array([1.935, 1.965])  # on no symmetry of the grid
     fastest = np.sqrt((LAM + 2 * MU) / RHO) + OUTER * (TURN + TWIST) * 2.1  # wave, and the motion's own speed
     count = int(np.ceil(fastest / (0.4 * dx)))
-    motion = Motion(config, in_space(config, places + centre, volumes), frame_time=1 / count)
+    motion = Motion(case, in_space(case, places + centre, volumes), frame_time=1 / count)
     for n in range(count):  # the force is that of the step's start, where the stress is taken too
         motion.particles.write("force", body_force(places, n / count))
         motion.advance()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import taichi as ti
 
-from snowrepro.composition import compose
+from snowrepro.composition.compose import compose
 from snowrepro.mpm import steps
 from snowrepro.mpm.laws import laws_of
 from snowrepro.mpm.state import Particles
@@ -26,7 +26,7 @@ class Points:
     """Points of Table 1's snow that only ever see the strain that they are given."""
 
     def __init__(self, count: int, *overrides: str):
-        self.laws = laws_of(compose(list(overrides)))
+        self.laws = laws_of(compose(list(overrides)).case)
         self.particles = Particles(count)
         values = {"hardening": XI, "J_P": 1.0, "mass": RHO, "volume": 1.0, "mu": MU, "lam": LAM}
         for name, value in values.items():

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from snowrepro.composition import compose
+from snowrepro.composition.compose import compose
 from snowrepro.errors import Diverged
 from snowrepro.mpm.state import PARTICLE_STATE
-from snowrepro.run import run
-from snowrepro.simulation import simulate
-from snowrepro.store import runs
+from snowrepro.run import do_run, simulate
+from snowrepro.store import manifest
+from snowrepro.store.run import CHECKPOINT, Run, open_run
 from tests.conftest import SMALL
 
 LONG = ["fidelity=preview", "pressure=3000", "loading.frames=320", "reading.drop_height=20", "checkpoint_seconds=0"]
@@ -41,7 +41,7 @@ def test_going_on_from_any_frame(reading):
         assert_same_bits(simulate(config, resume=saved[frame]), whole)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_twenty_kills(tmp_path):
     """SIGKILL at twenty random moments, most of them in mid-press: the file of a run that was never stopped."""
     rng = np.random.default_rng()
@@ -68,7 +68,7 @@ def test_twenty_kills(tmp_path):
     assert sorted(p.name for p in result.parent.iterdir()) == [
         "analysis.nc", "manifest.json", "run.log", "run.nc", "summary.json",
     ]  # fmt: skip
-    with runs.open_run(result) as resumed:
+    with open_run(result) as resumed:
         assert_same_bits(resumed.load(), simulate(compose(LONG)))
 
 
@@ -79,34 +79,35 @@ def newest(folder: Path) -> int:
 
 def test_a_broken_or_foreign_checkpoint_is_not_used(tmp_path, monkeypatch):
     """Half a file, or one of other versions: the run starts from the beginning, and is right."""
-    config = compose([*SMALL, f"store={tmp_path}"])
+    run = Run(compose([*SMALL, f"store={tmp_path}"]))
     saved = {}
-    whole = simulate(config, lambda progress: saved.update({progress.frame: progress.checkpoint()}))
-    runs.save_checkpoint(config, {**saved[30], "seconds": np.array(1.0)})
-    assert int(runs.checkpoint(config)["frame"]) == 30
-    path = runs.work_dir(config) / runs.CHECKPOINT
+    whole = simulate(run.config, lambda progress: saved.update({progress.frame: progress.checkpoint()}))
+    run.save_checkpoint({**saved[30], "seconds": np.array(1.0)})
+    assert int(run.checkpoint()["frame"]) == 30
+    path = run.work / CHECKPOINT
     content = path.read_bytes()
     for cut in (0, 10, len(content) // 2, len(content) - 10):
         path.write_bytes(content[:cut])
-        assert runs.checkpoint(config) is None
+        assert run.checkpoint() is None
     path.write_bytes(content)
-    monkeypatch.setattr(runs.manifest, "code_digest", lambda: "of other code")
-    assert runs.checkpoint(config) is None
+    monkeypatch.setattr(manifest, "code_digest", lambda: "of other code")
+    assert run.checkpoint() is None
     monkeypatch.undo()
     path.write_bytes(content[:1000])
-    with runs.open_run(run(config)) as done:
+    with open_run(do_run(run)) as done:
         assert_same_bits(done.load(), whole)
     assert not path.exists()
 
 
 def test_a_run_that_went_on_says_when_it_first_began(tmp_path):
     """Its manifest is of the whole run: began and took as long as all attempts together."""
-    config = compose([*SMALL, f"store={tmp_path}"])
+    run = Run(compose([*SMALL, f"store={tmp_path}"]))
     saved = {}
-    simulate(config, lambda progress: saved.update({progress.frame: progress.checkpoint()}))
+    simulate(run.config, lambda progress: saved.update({progress.frame: progress.checkpoint()}))
     before = {"seconds": np.array(1000.0), "began": np.array("2020-01-01T00:00:00+00:00")}
-    runs.save_checkpoint(config, {**saved[55], **before})
-    said = runs.manifest.read(run(config).parent)
+    run.save_checkpoint({**saved[55], **before})
+    do_run(run)
+    said = run.manifest()
     assert said["began"] == "2020-01-01T00:00:00+00:00"
     assert said["wall_seconds"] > 1000
 
@@ -114,20 +115,20 @@ def test_a_run_that_went_on_says_when_it_first_began(tmp_path):
 @pytest.mark.parametrize("checkpoint_seconds", [0, 1000])
 def test_a_diverged_run_leaves_its_last_good_state(tmp_path, checkpoint_seconds):
     """The state before the frame that failed, whether or not a checkpoint was kept just then."""
-    config = compose([*SMALL, "pressure=1e6", f"store={tmp_path}", f"checkpoint_seconds={checkpoint_seconds}"])
+    run = Run(compose([*SMALL, "pressure=1e6", f"store={tmp_path}", f"checkpoint_seconds={checkpoint_seconds}"]))
     with pytest.raises(
         Diverged, match=r"diverged in frame (\d+) .*; last good state: frame \d+, in .*checkpoint.npz"
     ) as e:
-        run(config)
+        do_run(run)
     good = int(re.search(r"good state: frame (\d+)", str(e.value))[1])
     assert 0 < good == int(re.search(r"in frame (\d+)", str(e.value))[1]) - 1
-    with np.load(runs.work_dir(config) / runs.CHECKPOINT) as kept:
+    with np.load(run.work / CHECKPOINT) as kept:
         assert int(kept["frame"]) == good
         state = dict(kept)
     assert all(np.isfinite(state[quantity.name]).all() for quantity in PARTICLE_STATE)
     seen = {}
     with pytest.raises(Diverged):
-        simulate(config, lambda progress: seen.update({progress.frame: progress.checkpoint()}))
+        simulate(run.config, lambda progress: seen.update({progress.frame: progress.checkpoint()}))
     for quantity in PARTICLE_STATE:
         np.testing.assert_array_equal(state[quantity.name], seen[good][quantity.name])
-    assert not runs.result_path(config).exists()
+    assert not run.result.exists()

@@ -1,0 +1,114 @@
+"""Words that can stand in a command line: overrides, names of sweeps, ids of runs, files.
+
+They are names of files alone, so that a shell that asks for them while someone types has them at once: nothing is
+composed, and no result is opened.  Each function takes what argcomplete gives: the word as far as it is typed, and the
+options so far.
+"""
+
+import argparse
+import json
+import re
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+# As composition.compose, store.run and sweep.record have them, which take seconds to import.
+_PACKAGE = Path(__file__).resolve().parents[1]
+BUILT_IN = _PACKAGE / "conf" if (_PACKAGE / "conf").is_dir() else _PACKAGE.parent / "conf"
+OWN = Path("conf")  # the user's, in the working directory
+SWEEPS, RECORD, WORK = "sweeps", "sweep.json", ".work"
+
+Lister = Callable[..., Iterable[str]]
+
+
+def list_overrides(prefix: str, **_: Any) -> list[str]:
+    """Overrides that begin so: keys with =, and after it the options of their folder in conf/."""
+    key, equals, values = prefix.partition("=")
+    options = _options_by_group()
+    if not equals:
+        return [f"{name}=" for name in sorted({*options, *_settings(Path("config.yaml")), "seeds"})]
+    sign = key[: len(key) - len(key.lstrip("+"))]
+    earlier = values[: values.rfind(",") + 1]  # shape=ball,star names two
+    return [f"{key}={earlier}{name}" for name in options.get(key.removeprefix(sign), ())]
+
+
+def list_analysis_settings(**_: Any) -> list[str]:
+    """Settings of the analysis with =."""
+    return [f"{name}=" for path in sorted((BUILT_IN / "analysis").glob("*.yaml")) for name in _settings(path)]
+
+
+def list_experiments(**_: Any) -> list[str]:
+    """Experiments."""
+    return _options_by_group().get("experiment", [])
+
+
+def list_sweeps(parsed_args: argparse.Namespace, **_: Any) -> list[str]:
+    """Sweeps that the store remembers."""
+    return sorted(path.parent.name for path in (_store(parsed_args) / SWEEPS).glob(f"*/{RECORD}"))
+
+
+def list_runs(parsed_args: argparse.Namespace, **_: Any) -> list[str]:
+    """Ids of the runs that the store holds, works on, or was asked for."""
+    store = _store(parsed_args)
+    folders = {path.name for place in (store, store / WORK) for path in place.glob("[!.]*") if path.is_dir()}
+    return sorted(folders.union(*map(_read_cells, (store / SWEEPS).glob(f"*/{RECORD}"))) - {SWEEPS})
+
+
+def find_kinds(text: str) -> list[str]:
+    """What a help lists, a word and its meaning a line."""
+    return re.findall(r"^  (\w+)  ", text, re.MULTILINE)
+
+
+def list_files(prefix: str, **_: Any) -> list[str]:
+    """Files and folders whose paths begin so."""
+    folder, slash, _name = prefix.rpartition("/")
+    paths = sorted(Path(folder + slash or ".").glob("[!.]*"))
+    return [f"{folder}{slash}{path.name}{'/' * path.is_dir()}" for path in paths]
+
+
+def list_if_path(action: argparse.Action, prefix: str, **_: Any) -> list[str]:
+    """Files for an argument that is a file or folder, and nothing for any other."""
+    is_path = action.type is Path or action.metavar in ("FILE", "FOLDER") or action.dest == "store"
+    return list_files(prefix) if is_path else []
+
+
+def any_of(*listers: Lister, otherwise: Lister | None = None) -> Lister:
+    """A function that lists what several list; and what ``otherwise`` lists, where none of that begins so."""
+
+    def list_all(prefix: str, **context: Any) -> list[str]:
+        words = [word for lister in listers for word in lister(prefix=prefix, **context)]
+        if otherwise and not any(word.startswith(prefix) for word in words):
+            words += otherwise(prefix=prefix, **context)
+        return words
+
+    return list_all
+
+
+def _options_by_group() -> dict[str, list[str]]:
+    """The options of each folder in conf/, the user's beside the built-in, by the folder's name."""
+    names: dict[str, set[str]] = {}
+    for conf in (BUILT_IN, OWN):
+        # Not one glob: conf/experiment is a link, which ** does not follow.
+        for path in (*conf.glob("*/*.yaml"), *conf.glob("*/*/*.yaml")):
+            names.setdefault(path.parent.relative_to(conf).as_posix(), set()).add(path.stem)
+    return {group: sorted(stems) for group, stems in names.items()}
+
+
+def _settings(path: Path) -> Iterator[str]:
+    """The keys of a file of conf/ that hold a value."""
+    text = (BUILT_IN / path).read_text(encoding="utf-8")
+    yield from re.findall(r"^(\w+): +[^#\s]", text, re.MULTILINE)
+
+
+def _store(options: argparse.Namespace) -> Path:
+    """The store that the options name so far."""
+    words = [word for word in getattr(options, "overrides", None) or () if word.startswith("store=")]
+    return Path(words[-1].removeprefix("store=") if words else getattr(options, "store", None) or "runs")
+
+
+def _read_cells(path: Path) -> list[str]:
+    """The ids of the runs that a remembered sweep asked for; none of what cannot be read."""
+    try:
+        return list(json.loads(path.read_text(encoding="utf-8"))["cells"].values())
+    except (OSError, ValueError, KeyError):
+        return []

@@ -1,0 +1,41 @@
+"""What the overrides, and the names of sweeps, on a command line mean."""
+
+from collections.abc import Sequence
+
+from ..errors import ConfigError
+from ..report.figures.kinds import needs_runs, require_drawable
+from ..sweep import record
+from ..sweep.plan import Plan, make_plan, split_seeds, split_store, with_seeds
+
+
+def plan_overrides(overrides: Sequence[str], multirun: bool, part: tuple[int, int] | None = None) -> Plan:
+    """The plan of overrides, in which seeds=N is short for seed=0,..,N-1.  Raises ConfigError."""
+    seeds, others = split_seeds(overrides)
+    if seeds is not None:
+        others, multirun = with_seeds(others, seeds), True
+    plan = make_plan(others, multirun, part)
+    require_drawable(plan.runs)
+    return plan
+
+
+def plan_sweep(words: Sequence[str], multirun: bool) -> Plan:
+    """The plan of a sweep that is named, or described by overrides.  Raises ConfigError if it would have no runs."""
+    store, others = split_store(words)
+    if others and others[0] in record.names(store):
+        return record.plan_of(others[0], store, others[1:])
+    if others and "=" not in others[0]:
+        record.read(others[0], store)  # says which there are
+    plan = plan_overrides(words, multirun)
+    if plan.experiment and not needs_runs(plan.runs):
+        raise ConfigError(f"experiment '{plan.experiment.name}' has no runs")
+    return plan
+
+
+def expand_name(name: str, overrides: Sequence[str], store: str) -> list[str]:
+    """The overrides of a sweep by its name, or that of its experiment if it has one, and further overrides."""
+    seeds, others = split_seeds(overrides)
+    if name:
+        is_remembered = name in record.names(store)
+        others = [*(record.read(name, store).overrides if is_remembered else [f"experiment={name}"]), *others]
+    others.append(record.store_override(store))
+    return with_seeds(others, seeds) if seeds is not None else others

@@ -1,0 +1,31 @@
+"""The report of an experiment, as several verbs write it."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from ..errors import ConfigError
+from ..report.figures.kinds import find_figure, require_drawable
+from ..report.page.page import ExperimentReport, draw_experiment, write_experiment_page
+from ..report.sections import choices
+from ..sweep import record
+from ..sweep.plan import Plan, make_plan
+
+
+def print_report(overrides: Sequence[str], store: str) -> None:
+    """Write the report of an experiment, with every seed that it was asked for with, and print what it comes to."""
+    plan = make_plan(record.with_asked_seeds(overrides, store), multirun=True)
+    if plan.experiment is None:
+        raise ConfigError("a report is of an experiment, for example experiment=fig5")
+    require_drawable(plan.runs)
+    part, page = write_report(plan)
+    print(f"verdict: {part.content.verdict}")
+    print(f"report: {page}")
+
+
+def write_report(plan: Plan) -> tuple[ExperimentReport, Path]:
+    """Write the report of an experiment's runs; returns what it shows, and its page."""
+    part = draw_experiment(plan.runs, plan.overrides)
+    sections = []
+    if find_figure(part.evidence.experiment).is_judged:
+        sections.append(choices.make_section(plan.overrides, plan.runs[0].config.execution.store))
+    return part, write_experiment_page(part, sections)

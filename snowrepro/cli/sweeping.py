@@ -1,0 +1,73 @@
+"""What verbs do with the runs of a plan: prepare and run what is missing, and require that all have results."""
+
+import time
+
+from ..errors import ExitCode, RunsFailed, StoreError
+from ..evidence.collect import write_results
+from ..report.figures.kinds import needs_runs
+from ..scene.build import build_scene
+from ..settings.case import Case
+from ..store import states
+from ..store.files import require_writable
+from ..summary.row import read_row
+from ..sweep import record, todo
+from ..sweep.launch import launch
+from ..sweep.plan import Plan
+from ..sweep.table import clock
+from .costs import describe_todo, estimate_todo
+from .screen import say
+
+MOST_NAMED = 5  # runs without a result, at the end of a sweep
+
+
+def build_scenes(plan: Plan) -> None:
+    """Build each different scene of a plan's runs once.  Raises ConfigError where one cannot be."""
+
+    def scene(case: Case) -> tuple:
+        return case.shape, case.floor, case.fidelity, case.reading, case.indenter
+
+    for case in {scene(run.case): run.case for run in plan.runs}.values():
+        build_scene(case)
+
+
+def run_missing(plan: Plan, is_whole: bool = True) -> None:
+    """Run what is not done of a sweep, which the store then remembers if it ``is_whole``."""
+    require_writable(plan.runs[0].store)
+    decided = todo.decide(plan)
+    expected = estimate_todo(plan, decided)
+    for line in describe_todo(plan, decided, expected):
+        say(line)
+    if is_whole:
+        record.write(plan)
+    if decided.to_run:
+        started = time.monotonic()
+        launch(plan, [decision.planned for decision in decided.to_run], expected.memory_mb)
+        say(_describe_cost(plan, len(decided.to_run), time.monotonic() - started))
+
+
+def write_table(plan: Plan) -> None:
+    """Put the table of a sweep's numbers beside its record; where that cannot be, say so."""
+    try:
+        write_results(plan)
+    except StoreError as error:
+        say(f"no table of results: {error}")
+
+
+def require_results(plan: Plan) -> ExitCode:
+    """Fine if every run of a plan has a result.  Raises RunsFailed with the reasons if one has none."""
+    if not needs_runs(plan.runs):
+        return ExitCode.FINE
+    pairs = zip(plan.runs, states.standings(plan.runs), strict=True)
+    missing = [(run, standing) for run, standing in pairs if standing.state != states.DONE]
+    if not missing:
+        return ExitCode.FINE
+    reasons = "; ".join(f"{run.id}: {standing.state}: {standing.reason}" for run, standing in missing[:MOST_NAMED])
+    more = f"; and {len(missing) - MOST_NAMED} more" if len(missing) > MOST_NAMED else ""
+    log = plan.runs[0].store / "sweep.log"
+    raise RunsFailed(f"{len(missing)} of {len(plan.runs)} runs have no result (more in {log}): {reasons}{more}")
+
+
+def _describe_cost(plan: Plan, computed: int, wall_seconds: float) -> str:
+    """A line on how long a sweep took, and how much computing is in all its results."""
+    seconds = sum(read_row(run)["seconds"] for run in plan.runs if run.is_done())
+    return f"wall time {clock(wall_seconds)} for {computed} runs; {seconds / 3600:.3f} core-hours in all runs asked for"

@@ -1,0 +1,130 @@
+"""``snowrepro animate``: an mp4 or gif of a run, or of several side by side."""
+
+import argparse
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+
+from ...composition import compose
+from ...errors import ConfigError, ExitCode
+from ...report.figures import kinds
+from ...report.film import animation
+from ...store import files, states
+from ...store import run as store_run
+from ...sweep import explain, record
+from ...sweep import plan as sweep_plan
+from .. import candidates, plans, progress
+from ..arguments import add_store, complete_by
+
+HELP = """\
+A run is the id of one (or its beginning or end), a run's file, or the name of a remembered sweep; or overrides as for
+'snowrepro run' name all runs.  Several are shown in a grid, in step by time; each panel says what its run differs in,
+and one whose run has no result says why.
+
+  snow        as the paper draws it
+  fragment    lumps in colours, powder in grey, and the part of the mass in lumps
+  density     density of Eq. 2
+  J_P         plastic volume ratio
+  damage      part of each particle's bonds that broke
+
+examples:
+  snowrepro animate ball-L-530-paper-paper-0-2f63b27e3e
+  snowrepro animate 2f63b27e3e --by damage --speed 0.25 --from 250 --out impact.gif
+  snowrepro animate experiment=fig5 --out fig5.mp4
+  snowrepro animate experiment=grid pressure=3300 sintering=paper --fps 8 --width 1600
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Which runs, how they look, and where the film goes."""
+    overrides = parser.add_argument("overrides", nargs="+", metavar="run", help="see below")
+    complete_by(
+        overrides,
+        candidates.any_of(
+            candidates.list_sweeps, candidates.list_overrides, candidates.list_runs, otherwise=candidates.list_files
+        ),
+    )
+    parser.add_argument(
+        "--out", type=Path, default=Path("animation.mp4"), metavar="FILE", help=".mp4 or .gif (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--by",
+        choices=("snow", "fragment", "density", "J_P", "damage"),
+        help="what colours show (default: fragment, and of one run beside it the snow)",
+    )
+    parser.add_argument("--speed", type=float, default=1.0, help="default: 1, as fast as the snow moved")
+    parser.add_argument("--fps", type=float, help="pictures a second; default: every stored state once, at most 25")
+    parser.add_argument(
+        "--from", type=int, dest="start", metavar="FRAME", help="to begin with; default: late in the pressing"
+    )
+    parser.add_argument("--width", type=int, default=1080, metavar="PIXELS", help="default: %(default)s")
+    add_store(parser)
+
+
+def execute(options: argparse.Namespace) -> ExitCode:
+    """Write a moving picture of one run, or of several side by side."""
+    shown = _find_shown(options.overrides, options.store)
+    settings = animation.AnimationSettings(options.by, options.fps, options.speed, options.start, options.width)
+    files.require_writable(options.out.parent)
+    with progress.build_bar("picture") as bar:
+        task = bar.add_task("draw")
+        animation.animate(
+            shown, settings, options.out, lambda done, count: bar.update(task, completed=done, total=count)
+        )
+    print(options.out)
+    return ExitCode.FINE
+
+
+def _find_shown(words: Sequence[str], store: str) -> "list[animation.AnimatedRun]":
+    """The runs that words name, each once: ids, files and sweeps, or overrides.
+
+    Raises ConfigError where a word names nothing, or no run of all has a result.
+    """
+    store, words = sweep_plan.split_store(words, store)
+    sweeps = record.names(store)
+    if any("=" in word and word not in sweeps and not Path(word).exists() for word in words):
+        shown = [_show_run(run) for run in _plan_runs(words, store, sweeps)]
+    else:
+        shown = [each for word in words for each in _show_name(word, store, sweeps)]
+    if not any(each.path for each in shown):
+        raise ConfigError(_explain_nothing(shown, words, sweeps))
+    return list({(each.run.id, each.path): each for each in shown}.values())
+
+
+def _plan_runs(words: Sequence[str], store: str, sweeps: Sequence[str]) -> "Sequence[store_run.Run]":
+    """The runs that overrides ask for, or a remembered sweep with further overrides."""
+    if words[0] in sweeps:
+        return record.plan_of(words[0], store, words[1:]).runs
+    plan = plans.plan_overrides([*words, record.store_override(store)], multirun=True)
+    if plan.experiment and not kinds.needs_runs(plan.runs):
+        raise ConfigError(f"experiment '{plan.experiment.name}' has no runs to show")
+    return plan.runs
+
+
+def _show_name(word: str, store: str, sweeps: Sequence[str]) -> "list[animation.AnimatedRun]":
+    """The run of a file or an id, or the runs of a sweep."""
+    if word in sweeps:
+        return [_show_run(run) for run in record.plan_of(word, store).runs]
+    if not Path(word).exists():
+        return [_show_run(explain.run_named(word, store))]
+    with store_run.open_run(word) as dataset:
+        return [animation.AnimatedRun(store_run.Run(compose.config_of(dataset)), Path(dataset.encoding["source"]))]
+
+
+def _show_run(run: "store_run.Run") -> "animation.AnimatedRun":
+    """A run of the store with its result, or the reason why it has none."""
+    standing = states.standing(run)
+    if standing.state == states.DONE:
+        return animation.AnimatedRun(run, run.result)
+    reason = standing.reason if standing.state == states.PENDING else f"{standing.state}: {standing.reason}"
+    return animation.AnimatedRun(run, None, reason)
+
+
+def _explain_nothing(shown: "Sequence[animation.AnimatedRun]", words: Sequence[str], sweeps: Sequence[str]) -> str:
+    """A line that says that no run has a result, why, and what makes it."""
+    first = shown[0].run.id
+    if len(shown) == 1 and "=" not in words[0]:
+        return f"run {first} has no result ({shown[0].reason}); 'snowrepro explain {first}' says more"
+    problem = f"none of the {len(shown)} runs has a result (of {first}: {shown[0].reason})"
+    again = words if words[0] not in sweeps else [*record.read(words[0], shown[0].run.store).overrides, *words[1:]]
+    return f"{problem}; this makes them: snowrepro run {'-m ' * (len(shown) > 1)}{shlex.join(again)}"

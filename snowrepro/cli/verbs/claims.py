@@ -1,0 +1,49 @@
+"""``snowrepro claims``: decide the paper's claims by an experiment with several seeds."""
+
+import argparse
+
+from ...errors import ConfigError, ExitCode
+from ...report.figures import kinds
+from ...report.sections import claims
+from ...sweep import plan as sweep_plan
+from .. import candidates, reporting, sweeping
+from ..arguments import EXITS, complete_by
+
+DEFAULT_SEEDS = 3
+HELP = f"""\
+Runs the experiment with the seeds 0 to N - 1, as far as it is not done, and judges the paper's claims by the
+rules of conf/claims: a table here; pictures, claims.json and claims.csv with the experiment's report, in
+reports/<name of the sweep>/.
+
+examples:
+  snowrepro claims experiment=fig5
+  snowrepro claims experiment=grid seeds=5 fidelity=preview
+
+{EXITS.replace("fine,", "fine, whatever the verdicts,")}
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Which experiment, and how many seeds."""
+    overrides = parser.add_argument(
+        "overrides", nargs="*", help=f"experiment=..., seeds=N (default: {DEFAULT_SEEDS}) and other overrides"
+    )
+    complete_by(overrides, candidates.list_overrides)
+
+
+def execute(options: argparse.Namespace) -> ExitCode:
+    """Run what is not done of an experiment with several seeds, then judge the claims from the store."""
+    seeds, overrides = sweep_plan.split_seeds(options.overrides)
+    plan = sweep_plan.make_claims_plan(overrides, DEFAULT_SEEDS if seeds is None else seeds)
+    experiment = plan.experiment
+    assert experiment is not None, "make_claims_plan requires one"
+    kinds.require_drawable(plan.runs)
+    if not kinds.find_figure(experiment).is_judged:
+        raise ConfigError(f"claims are not judged by '{experiment.name}', but by a strip or grid, such as fig5")
+    sweeping.build_scenes(plan)
+    sweeping.run_missing(plan)
+    sweeping.write_table(plan)
+    part, page = reporting.write_report(plan)
+    print("\n".join(claims.format_for_screen(part.evidence)))
+    print(f"report: {page}")
+    return sweeping.require_results(plan)

@@ -1,0 +1,75 @@
+"""``snowrepro report``: one page with verdicts, pictures and data, from the store alone."""
+
+import argparse
+from collections.abc import Sequence
+
+from ...errors import ConfigError, ExitCode
+from ...report.figures import kinds
+from ...report.page import compare, paper
+from ...sweep import plan as sweep_plan
+from ...sweep import record
+from .. import candidates, plans, reporting
+from ..arguments import EXITS, complete_by
+
+PAPER = "paper"
+HELP = f"""\
+Runs nothing.  Writes index.html, one file that needs nothing beside it, with index.md and report.json, into
+reports/paper/ or reports/<name of the sweep>/, with every seed that the sweep was asked for with.
+
+examples:
+  snowrepro report                         the whole paper
+  snowrepro report fidelity=preview        the same from coarse runs
+  snowrepro report fig5
+  snowrepro report fig5 seeds=3 store=/shared/runs
+  snowrepro report fig5 --against fig5,reading=si           two sweeps side by side, differences first
+  snowrepro report fig5 --against fig5 --against-store ../before/runs      two versions
+
+{EXITS}
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Which experiment or sweep, and what to set beside it."""
+    against = parser.add_argument(
+        "--against", metavar="B", help="a second experiment or sweep, to set beside the first"
+    )
+    complete_by(against, candidates.any_of(candidates.list_sweeps, candidates.list_experiments))
+    parser.add_argument("--against-store", metavar="FOLDER", help="where the runs of B are (default: the same store)")
+    overrides = parser.add_argument(
+        "overrides", nargs="*", help="experiment or name of a remembered sweep (default: the paper); overrides"
+    )
+    complete_by(
+        overrides,
+        candidates.any_of(candidates.list_sweeps, candidates.list_experiments, candidates.list_overrides),
+    )
+
+
+def execute(options: argparse.Namespace) -> ExitCode:
+    """Write a report from the store alone: of the whole paper, or of one experiment."""
+    store, words = sweep_plan.split_store(options.overrides)
+    name = words.pop(0) if words and ("=" not in words[0] or words[0] in record.names(store)) else ""
+    if options.against:
+        return _compare(name, words, options.against, store, options.against_store or store)
+    names_experiment = any(word.startswith("experiment=") for word in words)
+    if name == PAPER or not (name or names_experiment):
+        if any(word.startswith(("seeds=", "seed=")) for word in words):
+            raise ConfigError("the report on the paper shows every seed that was asked for: leave out the seeds")
+        print(f"report: {paper.write_paper([*words, record.store_override(store)], store)}")
+        return ExitCode.FINE
+    reporting.print_report(plans.expand_name(name, words, store), store)
+    return ExitCode.FINE
+
+
+def _compare(name: str, words: Sequence[str], against: str, store: str, against_store: str) -> ExitCode:
+    """Write two sweeps side by side; further overrides hold for both."""
+    if not name:
+        raise ConfigError(f"what is '{against}' to be set beside? snowrepro report A --against {against}")
+    compared = []
+    for sweep, its_store in ((name, store), (against, against_store)):
+        overrides = record.with_asked_seeds(plans.expand_name(sweep, words, its_store), its_store)
+        plan = sweep_plan.make_plan(overrides, multirun=True)
+        if plan.experiment is None or not kinds.needs_runs(plan.runs):
+            raise ConfigError(f"'{sweep}' is no experiment with runs: there is nothing to compare")
+        compared.append(plan)
+    print(f"report: {compare.write_comparison(*compared)}")
+    return ExitCode.FINE

@@ -1,0 +1,81 @@
+"""``snowrepro run``: simulate one run, a sweep or an experiment, and report what came of it."""
+
+import argparse
+
+from ...errors import ExitCode
+from ...report.figures import kinds
+from ...store import files
+from ...store import run as store_run
+from ...summary import row
+from ...sweep import plan as sweep_plan
+from .. import candidates, plans, reporting, screen, single, sweeping
+from ..arguments import EXITS, add_multirun, complete_by
+
+HELP = f"""\
+A run or sweep that was stopped in whatever way goes on where it was; what is done is not done again.  Several
+calls at once, on one machine or many, share the work.  seeds=N is short for seed=0,..,N-1.
+
+examples:
+  snowrepro run shape=ball floor=L pressure=2000 sintering=paper fidelity=preview
+  snowrepro run -m pressure=500,2000 sintering=paper,none
+  snowrepro run experiment=fig5
+  snowrepro run experiment=grid hydra.launcher.workers=4 hydra.launcher.time_limit_minutes=30
+  snowrepro run experiment=grid hydra/launcher=ray
+  snowrepro run experiment=grid rerun=[code]       again, what was made by other code
+
+{EXITS}
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """What is to be run, and which part of it."""
+    add_multirun(parser)
+    parser.add_argument(
+        "--part", metavar="I/N", help="only every N-th run from the I-th on, and no report: for job arrays"
+    )
+    overrides = parser.add_argument(
+        "overrides", nargs="*", help="Hydra overrides; 'snowrepro config' shows what there is"
+    )
+    complete_by(overrides, candidates.list_overrides)
+
+
+def execute(options: argparse.Namespace) -> ExitCode:
+    """Validate everything, run what is not done, then report from the store."""
+    part = sweep_plan.read_part(options.part) if options.part else None
+    plan = plans.plan_overrides(options.overrides, options.multirun, part)
+    if not plan.runs:
+        screen.say("this part of the sweep has no runs")
+        return ExitCode.FINE
+    sweeping.build_scenes(plan)
+    if part:
+        sweeping.run_missing(plan, is_whole=False)
+        return sweeping.require_results(plan)
+    if not kinds.needs_runs(plan.runs):
+        return _report(plan)
+    if plan.is_sweep:
+        sweeping.run_missing(plan)
+        sweeping.write_table(plan)
+        return _report(plan)
+    files.require_writable(plan.runs[0].store)
+    single.run_and_print(plan.runs[0])
+    return ExitCode.FINE
+
+
+def _report(plan: "sweep_plan.Plan") -> ExitCode:
+    """Write the experiment's report, or list the runs of a plain sweep.  Raises RunsFailed if any is missing."""
+    if plan.experiment:
+        reporting.print_report(plan.overrides, plan.runs[0].config.execution.store)
+    else:
+        for run in plan.runs:
+            if run.is_done():
+                _print_line(run)
+    return sweeping.require_results(plan)
+
+
+def _print_line(run: "store_run.Run") -> None:
+    """Print one run of a sweep in one line."""
+    numbers = row.read_row(run)
+    finding = (
+        f"hardness {numbers['hardness']:.4g}" if run.case.indenter else f"mass in lumps {numbers['lump_fraction']:.3f}"
+    )
+    print(f"{numbers['run_id']}: {finding}")

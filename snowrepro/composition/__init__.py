@@ -1,0 +1,1 @@
+"""From overrides and drawings to a validated configuration; Hydra is known here."""

@@ -1,0 +1,117 @@
+"""From Hydra overrides to a validated ``Config``; errors say what is wrong and which names there are."""
+
+import json
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hydra import compose as hydra_compose
+from hydra import initialize_config_dir
+from hydra.core.hydra_config import HydraConfig
+from hydra.errors import HydraException
+from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+from pydantic import ValidationError
+
+from ..errors import ConfigError
+from ..settings.config import Config
+from . import hydra_private
+from .drawings import read_drawings
+from .experiments import CONF_DIR, all_variants
+from .messages import explain, one_message
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def compose(overrides: Sequence[str] = ()) -> Config:
+    """Compose and validate one run.
+
+    ``overrides`` are Hydra's, for example ``["shape=ball", "pressure=500", "sintering=none"]``.
+    Raises ConfigError with the reason, and the right names where a name was wrong.
+    """
+    return validate(compose_raw(overrides))
+
+
+def compose_raw(overrides: Sequence[str], hydra_node: bool = False) -> DictConfig:
+    """Hydra's own composition; with ``hydra_node`` its settings (sweeper, launcher) come along."""
+    hydra_private.forget_hydra()
+    hydra_private.offer_options("variant", all_variants(overrides))
+    try:
+        with initialize_config_dir(version_base="1.3", config_dir=str(CONF_DIR)), quiet_about_schemas():
+            return hydra_compose("config", [*overrides, *own_options()], return_hydra_config=hydra_node)
+    except (HydraException, OmegaConfBaseException, ValueError) as error:
+        raise ConfigError(one_message(error)) from error
+
+
+def config_loader() -> hydra_private.ConfigLoaderImpl:
+    """Hydra's access to the files of all options."""
+    hydra_private.forget_hydra()
+    with initialize_config_dir(version_base="1.3", config_dir=str(CONF_DIR)):
+        return hydra_private.loader_of_options()
+
+
+def option_files(overrides: Sequence[str]) -> hydra_private.CachingConfigRepository:
+    """The files of all options as ``overrides``, which may add folders, and the user's folder make them up."""
+    return hydra_private.option_repository(config_loader(), "config", [*overrides, *own_options()])
+
+
+@contextmanager
+def quiet_about_schemas() -> Iterator[None]:
+    """conf/hydra/launcher/ray.yaml has the name of its plug-in's schema on purpose."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message=r"(?s).*validated against ConfigStore schema")
+        yield
+
+
+def own_options() -> list[str]:
+    """Hydra's override that adds the user's options: those of a folder ``conf`` in the working directory."""
+    own = Path("conf").resolve()
+    return [f"hydra.searchpath=[file://{own}]"] if own.is_dir() and own != CONF_DIR else []
+
+
+def validate(raw: DictConfig) -> Config:
+    """Turn Hydra's config into a ``Config``.  Raises ConfigError naming each wrong key and its bounds."""
+    try:
+        own = OmegaConf.masked_copy(raw, [str(key) for key in raw if key != "hydra"]) if "hydra" in raw else raw
+        return Config.model_validate(read_drawings(plain_settings(own)))
+    except OmegaConfBaseException as error:
+        raise ConfigError(one_message(error)) from error
+    except ValidationError as error:
+        raise ConfigError("; ".join(explain(item) for item in error.errors())) from error
+
+
+def plain_settings(raw: DictConfig, resolve: bool = True) -> dict[str, Any]:
+    """Hydra's config as plain values; interpolations are left as they stand unless they are to be resolved."""
+    settings = OmegaConf.to_container(raw, resolve=resolve)
+    assert isinstance(settings, dict), "a configuration has names"
+    return {str(name): value for name, value in settings.items()}
+
+
+def config_of(dataset: "xr.Dataset") -> Config:
+    """The configuration that a run carries; what settings it did not have yet are as they are by default.
+
+    Raises ConfigError if it carries none, or one that is none of this program.
+    """
+    if "config" not in dataset.attrs:
+        raise ConfigError("this is no run of snowrepro: it carries no configuration")
+    try:
+        return config_from(json.loads(dataset.attrs["config"]))
+    except ValueError as error:
+        raise ConfigError(f"the configuration in this run cannot be read: {error}") from error
+
+
+def config_from(plain: Mapping[str, Any]) -> Config:
+    """The configuration that was written down so; what it does not have is as it is by default.  Raises ConfigError."""
+    try:
+        return Config.model_validate(read_drawings({**compose().settings(), **plain}))
+    except ValidationError as error:
+        wrong = "; ".join(explain(item) for item in error.errors())
+        raise ConfigError(f"the configuration in this run is not of this version: {wrong}") from error
+
+
+def job_overrides() -> list[str]:
+    """The overrides of the run that one of Hydra's launchers does in this process; none elsewhere."""
+    return list(HydraConfig.get().overrides.task) if HydraConfig.initialized() else []

@@ -1,0 +1,66 @@
+"""The experiments that there are: what their files say of them, without composing a run."""
+
+import functools
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from ..errors import ConfigError
+
+FOLDER = "experiment"
+_PACKAGE = Path(__file__).resolve().parents[1]
+# An installed wheel carries conf/ inside the package; a clone has it beside.
+CONF_DIR = _PACKAGE / "conf" if (_PACKAGE / "conf").is_dir() else _PACKAGE.parent / "conf"
+
+
+def read_experiments() -> dict[str, dict[str, Any]]:
+    """The ``experiment`` section of each experiment's file, by the file's name; the user's own beside the built-in."""
+    folders = dict.fromkeys(path.resolve() for path in (CONF_DIR / FOLDER, Path("conf") / FOLDER) if path.is_dir())
+    paths = {path.stem: path for folder in folders for path in sorted(folder.glob("*.yaml"))}
+    return {name: _read(path, path.stat().st_mtime_ns) for name, path in paths.items()}
+
+
+def in_order_of_the_paper() -> list[str]:
+    """The experiments that the report on the paper has, in its order."""
+    orders = {name: section.get("order") for name, section in read_experiments().items()}
+    placed = {name: float(order) for name, order in orders.items() if order is not None}
+    return sorted(placed, key=lambda name: placed[name])
+
+
+def studies() -> dict[str, str]:
+    """The experiments that make one choice of another otherwise at a time, in the paper's order, and that other."""
+    experiments = read_experiments()
+    return {name: varied for name in in_order_of_the_paper() if (varied := experiments[name].get("varies"))}
+
+
+def checked(use: str) -> list[str]:
+    """The experiments whose runs ``snowrepro check`` uses in a way: see ``Experiment.checks``."""
+    return sorted(name for name, section in read_experiments().items() if use in section.get("checks", ()))
+
+
+def variants_of(overrides: Sequence[str]) -> dict[str, dict[str, Any]]:
+    """The variants that an experiment among ``overrides`` has, in order; none without one."""
+    names = [text.removeprefix("experiment=") for text in overrides if text.startswith("experiment=")]
+    section = read_experiments().get(names[-1], {}) if names else {}
+    return section.get("variants") or {}
+
+
+def all_variants(overrides: Sequence[str]) -> dict[str, dict[str, Any]]:
+    """The variants of all experiments; where two have one of the same name, that of the experiment asked for counts."""
+    variants: dict[str, dict[str, Any]] = {}
+    for section in read_experiments().values():
+        variants |= section.get("variants") or {}
+    return variants | variants_of(overrides)
+
+
+@functools.lru_cache(maxsize=256)
+def _read(path: Path, _changed: int) -> dict[str, Any]:
+    """The ``experiment`` section of a file, as it was when last changed; empty if it has none."""
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise ConfigError(f"{path} cannot be read as YAML: {' '.join(str(error).split())}") from error
+    section = content.get("experiment") if isinstance(content, dict) else None
+    return section if isinstance(section, dict) else {}

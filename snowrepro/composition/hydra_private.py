@@ -1,0 +1,77 @@
+"""All that is used of Hydra beyond what it promises: names that the next version may move.
+
+``tests/composition/test_hydra_private.py`` fails first when one has.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from hydra._internal.callbacks import Callbacks
+from hydra._internal.config_loader_impl import ConfigLoaderImpl
+from hydra._internal.config_repository import CachingConfigRepository
+from hydra._internal.core_plugins.basic_sweeper import BasicSweeper
+from hydra._internal.hydra import Hydra
+from hydra.core.config_store import ConfigStore
+from hydra.core.default_element import ConfigDefault
+from hydra.core.global_hydra import GlobalHydra
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import Override, OverrideType, Transformer
+from hydra.core.utils import JobReturn
+from hydra.types import HydraContext
+from omegaconf import DictConfig, OmegaConf
+
+__all__ = [
+    "CachingConfigRepository", "ConfigDefault", "ConfigLoaderImpl", "Override", "OverrideType", "OverridesParser",
+    "as_text", "context_of", "forget_hydra", "initialised_hydra", "jobs_of", "loader_of_options", "offer_options",
+    "option_repository", "result_of",
+]  # fmt: skip
+
+
+def forget_hydra() -> None:
+    """Let Hydra be initialised again."""
+    GlobalHydra.instance().clear()
+
+
+def initialised_hydra() -> Hydra:
+    """The Hydra that ``initialize_config_dir`` made."""
+    hydra = GlobalHydra.instance().hydra
+    assert hydra is not None, "Hydra is initialised"
+    return hydra
+
+
+def loader_of_options() -> ConfigLoaderImpl:
+    """Hydra's access to the files of all options, once it is initialised."""
+    loader = initialised_hydra().config_loader
+    assert isinstance(loader, ConfigLoaderImpl)
+    return loader
+
+
+def offer_options(group: str, options: Mapping[str, Mapping[str, Any]]) -> None:
+    """Let ``group=name`` put a piece of configuration into the whole, for each of ``options`` by name."""
+    for name, content in options.items():
+        ConfigStore.instance().store(name, OmegaConf.create(dict(content)), group=group, package="_global_")
+
+
+def option_repository(loader: ConfigLoaderImpl, config_name: str, overrides: Sequence[str]) -> CachingConfigRepository:
+    """The files of all options, with the folders that ``overrides`` add."""
+    return loader._parse_overrides_and_create_caching_repo(config_name, list(overrides))[1]
+
+
+def jobs_of(overrides: Sequence[Override]) -> list[list[str]]:
+    """The overrides of each job that Hydra's own sweeper makes of some."""
+    return [job for batch in BasicSweeper.split_arguments(list(overrides), None) for job in batch]
+
+
+def as_text(value: Any) -> str:
+    """A value as it stands in an override."""
+    return Transformer.str(value)
+
+
+def context_of(hydra: Hydra, config: DictConfig) -> HydraContext:
+    """What a launcher is set up with."""
+    return HydraContext(config_loader=hydra.config_loader, callbacks=Callbacks(config))
+
+
+def result_of(job: JobReturn) -> Any:
+    """What a job returned or raised, where asking for it plainly would raise."""
+    return job._return_value

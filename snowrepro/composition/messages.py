@@ -1,0 +1,66 @@
+"""What is wrong with a configuration, in one line that names the key and the right names."""
+
+import difflib
+import re
+from collections.abc import Mapping
+from typing import Any, get_args
+
+from pydantic import BaseModel
+
+from ..settings.config import PARTS
+
+DRAWING = ("kind", "path", "file", "width")  # keys of an outline that is read from a drawing
+
+
+def explain(item: Mapping[str, Any]) -> str:
+    """One pydantic error as 'key: what is wrong (got value)'."""
+    keys = item["loc"][item["loc"][:1] in [(part,) for part in PARTS] :]  # users know nothing of the parts
+    where = ".".join(map(str, keys)) or "config"
+    if item["type"] == "extra_forbidden":
+        return _no_such_key(where)
+    message = re.sub(r"^Value error, |^Input ", "", item["msg"])
+    value = "" if isinstance(item["input"], dict) else f" (got {item['input']!r})"
+    is_yaml_boolean = item["type"] == "string_type" and isinstance(item["input"], bool)  # on, off, yes, no
+    remedy = ': write it in quotes, as in name: "off"' if is_yaml_boolean else ""
+    return f"{where}: {message}{value}{remedy}"
+
+
+def one_message(error: Exception) -> str:
+    """Hydra's message on one line, with the right names when a key was wrong."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    text = " ".join(lines)
+    choice = re.search(
+        r"Could not find '([^/']+)/([^']*)' Available options in '[^']+': (.*?)( Config search path|$)", text
+    )
+    if choice:
+        return f"there is no {choice[1]} '{choice[2]}'; there are: {', '.join(choice[3].split())}"
+    if "hydra/launcher/submitit" in text:
+        return "this launcher is not installed: pip install 'snowrepro[slurm]'"
+    unknown = re.search(r"Could not override '([^']+)'", text) or re.search(r"Key '(\w+)' is not in struct", text)
+    if unknown:
+        return _no_such_key(unknown[1].lstrip("+"))
+    return text
+
+
+def _section(annotation: Any) -> type[BaseModel] | None:
+    """The section that a field holds, also where it may be left out; None if it holds a value."""
+    kinds = get_args(annotation) or (annotation,)
+    return next((kind for kind in kinds if isinstance(kind, type) and issubclass(kind, BaseModel)), None)
+
+
+def _no_such_key(key: str) -> str:
+    """Say that a key does not exist, which is near to it, and which there are."""
+    fields = {name: field for part in PARTS.values() for name, field in part.model_fields.items()}
+    *parents, last = key.split(".")
+    for parent in parents:
+        inner = _section(fields[parent].annotation) if parent in fields else None
+        if inner is None:
+            last = parent
+            break
+        fields = inner.model_fields
+    names = sorted({*fields, *(DRAWING if "points" in fields else ())})
+    if last in names:
+        return f"'{key}' is not set by the options chosen; to set it, write +{key}=..."
+    near = difflib.get_close_matches(last, names, n=1)
+    hint = f"; did you mean '{near[0]}'?" if near else "."
+    return f"there is no setting '{key}'{hint} There are: {', '.join(names)}"

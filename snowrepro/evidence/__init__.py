@@ -1,0 +1,1 @@
+"""What the results of many runs show: tables, verdicts on claims, comparisons."""

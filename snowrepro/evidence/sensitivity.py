@@ -1,0 +1,111 @@
+"""How the definition of a lump matters: one run's lump fraction under many definitions, from its stored bonds."""
+
+from itertools import product
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from ..analysis.bonds import BondHistory, Bonds
+from ..analysis.definitions import DEFINITIONS
+from ..analysis.fragments import ROUND_OFF
+from ..analysis.motion import read_motion
+from ..analysis.tree import HalfBonds, Tree, find_core_strain, find_holding_strain, grow_tree, sort_by_particle
+from ..settings.analysis import Analysis
+from ..store.run import Run
+from ..summary.row import read_bonds
+
+STRAINS = (0.2, 0.25, 0.3, 0.35, 0.4, 0.5)
+SIGNS = ("both", "crush", "stretch")
+CORES = (0.25, 0.3333, 0.5, 1.0)  # 1: no core rule
+LINKS = (1.0, 1.25, 1.5)
+LUMPS = (0.003, 0.01, 0.03, 0.1)
+DISTANCES = (0.75, 1.0, 1.5)  # of the definition by proximity [grid spacings]
+DAMAGES = (0.25, 0.5, 0.75)
+CHOICES = ("definition", "break_by", "break_strain", "core_fraction", "link_length", "lump_mass")
+
+
+def scan_definitions(run: Run) -> pd.DataFrame:
+    """Compute the lump fraction of a finished run under many definitions: columns CHOICES and lump_fraction.
+
+    The least mass of a lump is a part of the body here, whatever it is in cells.  For proximity ``link_length`` is the
+    distance that connects, for damage ``core_fraction`` is the damage that isolates; what does not apply is NaN or
+    empty.
+    """
+    bonds = read_bonds(run)
+    with run.open() as dataset:
+        spacing = float(dataset.attrs["grid_spacing"])
+        others = _scan_other_definitions(dataset, bonds, run.config.question.analysis)
+    return pd.concat([scan_bonds(bonds, spacing), others], ignore_index=True)
+
+
+def scan_bonds(dataset: xr.Dataset, grid_spacing: float) -> pd.DataFrame:
+    """Compute the part of ``scan_definitions`` that uses bonds; ``dataset`` as ``summary.row.read_bonds`` gives it."""
+    mass = dataset["mass"].values
+    rows = []
+    for link, sign in product(LINKS, SIGNS):
+        pairs, halves = select_bonds(dataset, link * grid_spacing, sign)
+        for core in CORES:
+            tree = make_tree(pairs, halves, core)
+            for strain in STRAINS:
+                weights = np.bincount(tree.cut(strain), weights=mass)
+                rows += [("bonds", sign, strain, core, link, least, _measure_lumps(weights, least)) for least in LUMPS]
+    return pd.DataFrame(rows, columns=[*CHOICES, "lump_fraction"])
+
+
+def measure_lump_curve(run: Run) -> tuple[np.ndarray, np.ndarray]:
+    """Compute the mass in lumps of a finished run over the break strain: see ``Tree.measure_lumps``.
+
+    All else is as the analysis of the run says.
+    """
+    bonds, analysis = read_bonds(run), run.config.question.analysis
+    tree = make_tree(*select_bonds(bonds, np.inf, analysis.break_by), analysis.core_fraction)
+    return tree.measure_lumps(bonds["mass"].values, bonds.attrs["least_lump"] * (1 - ROUND_OFF))
+
+
+def select_bonds(dataset: xr.Dataset, longest: float, sign: str) -> tuple[np.ndarray, HalfBonds]:
+    """Select stored bonds up to the length ``longest``: pairs (m, 2), and the same by particle with their strains."""
+    bonds, history = _read_bonds(dataset)
+    is_short = bonds.length <= longest * (1 + 1e-6)  # stored in single precision
+    return bonds.pairs[is_short], sort_by_particle(
+        bonds.pairs[is_short], history.strain(sign)[is_short], dataset.sizes["particle"]
+    )
+
+
+def make_tree(pairs: np.ndarray, halves: HalfBonds, core_fraction: float) -> Tree:
+    """Make the fragments at every break strain for one core rule."""
+    return grow_tree(pairs, find_holding_strain(halves, find_core_strain(halves, core_fraction)), len(halves.degree))
+
+
+def _scan_other_definitions(dataset: xr.Dataset, bond_dataset: xr.Dataset, analysis: Analysis) -> pd.DataFrame:
+    """Compute the lump fraction by proximity, grid and damage in the last frame."""
+    motion = read_motion(dataset.isel(snapshot=[-1]), release=int(dataset["snapshot"][-1]))
+    bonds, history = _read_bonds(bond_dataset)
+    rows: list[tuple] = []
+
+    def add(name: str, sign: str, strain: float, core: float, link: float, **settings: float) -> None:
+        """Add the rows of one definition with some settings of the analysis changed."""
+        changed = analysis.model_copy(update=settings)
+        weights = np.bincount(DEFINITIONS[name](motion, 0, bonds, history, changed), weights=motion.mass)
+        rows.extend((name, sign, strain, core, link, least, _measure_lumps(weights, least)) for least in LUMPS)
+
+    none = float("nan")
+    for distance in DISTANCES:
+        add("proximity", "", none, none, distance, proximity=distance)
+    add("grid", "", none, none, none)
+    for damage in DAMAGES:
+        strain, link = analysis.break_strain, analysis.link_length
+        add("damage", analysis.break_by, strain, damage, link, damage=damage)
+    return pd.DataFrame(rows, columns=[*CHOICES, "lump_fraction"])
+
+
+def _read_bonds(dataset: xr.Dataset) -> tuple[Bonds, BondHistory]:
+    """Read bonds and their extreme strains from what is stored of them, in double precision."""
+    bonds = Bonds(dataset["pair"].values, dataset["length"].values.astype(float))
+    return bonds, BondHistory(dataset["stretch"].values.astype(float), dataset["crush"].values.astype(float))
+
+
+def _measure_lumps(weights: np.ndarray, least: float) -> float:
+    """Return the part of all mass that is in fragments of at least ``least``, a part of all mass."""
+    total = weights.sum()
+    return float(weights[weights >= least * total * (1 - ROUND_OFF)].sum() / total)

@@ -1,0 +1,89 @@
+"""What all pictures share: colours, the background of a scene, particles, fragments."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PathCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+
+from ...analysis.fragments import Fragments
+from ...scene.build import domain
+from ...scene.outline import polyline
+from ...store.run import Run
+
+mpl.use("Agg")
+
+# The paper's solver draws in these colours (legacy Taichi).
+SKY, FLOOR, SNOW = "#668e93", "#307a78", "#f0f0ff"
+LUMPS = ("#E69F00", "#56B4E9", "#F0E442", "#D55E00", "#CC79A7")  # Okabe-Ito without green and blue
+POWDER = "#c3cacf"
+SINTERED, UNSINTERED = "#D55E00", "#555555"  # of curves
+DPI = 110
+COVER = 1.45  # diameter of a particle [lattice spacings]
+
+
+def get_panel_size(run: Run) -> tuple[float, float]:
+    """Return width and height of the area that a panel shows [length units]."""
+    width, height = domain(run.case)
+    return width * run.case.reading.cell, height * run.case.reading.cell
+
+
+def colour_fragments(history: Sequence[Fragments]) -> list[np.ndarray]:
+    """Choose a colour for each particle in each frame; returns one array (n,) of colours for each frame.
+
+    A lump keeps the colour that its id had before; powder is grey.  A new lump gets the colour that covers the least
+    mass.
+    """
+    colour_of_lump: dict[int, str] = {}
+    colours_by_frame = []
+    for fragments in history:
+        lumps = list(
+            zip(fragments.id[fragments.is_lump].tolist(), fragments.mass[fragments.is_lump].tolist(), strict=True)
+        )  # heaviest first
+        mass_in_colour = dict.fromkeys(LUMPS, 0.0)
+        for lump, mass in lumps:
+            if lump in colour_of_lump:
+                mass_in_colour[colour_of_lump[lump]] += mass
+        for lump, mass in lumps:
+            if lump not in colour_of_lump:
+                colour_of_lump[lump] = min(LUMPS, key=mass_in_colour.__getitem__)
+                mass_in_colour[colour_of_lump[lump]] += mass
+        colours = np.full(len(fragments.mass), POWDER, dtype=object)
+        colours[fragments.is_lump] = [colour_of_lump[lump] for lump, _ in lumps]
+        colours_by_frame.append(colours[fragments.label])
+    return colours_by_frame
+
+
+def draw_background(ax: Axes, run: Run) -> None:
+    """Draw sky and floor of a run's scene, and set the limits of the axes."""
+    width, height = get_panel_size(run)
+    ax.set(xlim=(0, width), ylim=(0, height), xticks=[], yticks=[], aspect="equal")
+    ax.set_facecolor(SKY)
+    ax.add_patch(Polygon(polyline(run.case.floor.outline) * run.case.reading.cell, closed=True, color=FLOOR, lw=0))
+    for spine in ax.spines.values():
+        spine.set_visible(False)
+
+
+def draw_snow(
+    ax: Axes, run: Run, places: np.ndarray, points_per_unit: float, colour: str | np.ndarray = SNOW
+) -> PathCollection:
+    """Draw particles at ``places`` (n, 2) as discs that just cover the snow as it was at the start."""
+    diameter = run.case.dx / np.sqrt(run.case.fidelity.particles_per_cell) * COVER
+    x, y = places.T
+    return ax.scatter(x, y, s=(diameter * points_per_unit) ** 2, c=colour, linewidths=0, rasterized=True)
+
+
+def save_figure(figure: Figure, path: Path) -> None:
+    """Write a figure as PNG; the same drawing always gives the same bytes."""
+    figure.savefig(path, dpi=DPI, metadata={"Software": None})
+
+
+def format_column_title(frame: int, run: Run) -> str:
+    """Format the number and time of a frame; the start and the release are marked."""
+    seconds = frame * run.case.loading.frame_time
+    note = {0: ", start", run.case.loading.press_frames: ", release"}.get(frame, "")
+    return f"frame {frame}{note}\n{seconds:.1f} s"

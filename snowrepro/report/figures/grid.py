@@ -1,0 +1,229 @@
+"""The grid of all scenes: where the numbers agree with which claims, lumps over pressure, and final states."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
+
+from ...evidence.claims import ARMS, JudgedScene, Verdict, select_arm
+from ...evidence.gather import Evidence
+from ...settings.question import Claims
+from ...store.run import Run
+from ...summary.classify import classify
+from ...summary.row import ARM
+from ..document import Block, FigureContent, Heading, Picture, Table, escape
+from ..drawing.common import colour_fragments, draw_background, draw_snow, get_panel_size, save_figure
+from ..sections import claims as claims_section
+from ..sections.response import list_disagreements
+from .kinds import FigureKind
+
+PANEL = 1.75  # width of a panel [inches]
+HEAT = "cividis"
+
+
+def report(evidence: Evidence) -> FigureContent:
+    """Draw heat map, contact sheets and curves of all scenes, and count the claims over scenes."""
+    claims, over_scenes = evidence.runs[0].config.question.claims, evidence.over_scenes
+    calibrated = evidence.experiment.calibrated_on
+    chosen_on = f"The pressures were chosen on {' on '.join(calibrated)}, which is not counted. " if calibrated else ""
+    rows = _tabulate_scenes(evidence.scenes)
+    rows.to_csv(evidence.folder / "scenes.csv", index=False, lineterminator="\n")
+    blocks: list[Block] = [
+        draw_heatmap(evidence),
+        *(block for verdict in over_scenes for block in _describe_counts(claims, verdict)),
+        (
+            f"{chosen_on}Numbers agree or not by their means over the seeds; p is that of an exact binomial "
+            "test for agreement in more scenes than not."
+        ),
+        *_draw_sheets(evidence),
+        *claims_section.make_blocks(evidence),
+        Heading("Scenes"),
+        Table(rows.map(escape), "Mass in lumps by arm and pressure.", "scenes.csv"),
+    ]
+    return FigureContent(blocks, _summarise(over_scenes))
+
+
+def _summarise(over_scenes: Sequence[Verdict]) -> str:
+    """Say with which claims the numbers agree, and what the claims over scenes come to."""
+    parts = [
+        f"Scenes beside the calibrated one whose numbers agree: {verdict.measured}; {verdict.claim}: {verdict.word}."
+        for verdict in over_scenes
+    ]
+    return " ".join(parts) or "No claim is made over scenes."
+
+
+def _describe_counts(claims: Claims, verdict: Verdict) -> list[Block]:
+    """Describe what a claim over scenes rests on: a row for each claim that it counts."""
+    statements = {claim.name: claim.statement for claim in claims.list}
+    rows = [
+        [
+            count.claim,
+            escape(statements[count.claim]),
+            f"{count.holds} of {count.scenes}",
+            f"{count.p:.2g}",
+            _format_names(count.against),
+        ]
+        for count in verdict.counts
+    ]
+    heads = ["claim", "statement", "numbers agree in", "p (Holm)", "they disagree on"]
+    line = f"**{escape(verdict.claim)}: {verdict.word}.** {escape(verdict.statement)} {verdict.note}".rstrip()
+    return [line, Table(pd.DataFrame(rows, columns=heads), data="claims.csv")]
+
+
+def _format_names(scenes: Sequence[str]) -> str:
+    """Format the names of scenes."""
+    return escape(", ".join(scenes)) or "none"
+
+
+def _tabulate_scenes(scenes: Sequence[JudgedScene]) -> pd.DataFrame:
+    """Tabulate the mass in lumps of each scene by arm and pressure, and the claims that its numbers disagree with."""
+    rows = []
+    for scene in scenes:
+        row: dict[str, Any] = {"shape": scene.shape, "floor": scene.floor}
+        for arm in ARMS:
+            of_arm = scene.table[scene.table[ARM] == arm] if len(scene.table) else scene.table
+            for pressure, part in of_arm.groupby("pressure") if len(of_arm) else ():
+                row[f"{arm}, {pressure:g}"] = f"{part['lump_fraction'].mean():.2f}"
+        row["unsettled"] = int((~scene.table["settled"]).sum()) if len(scene.table) else 0
+        row["disagrees with"] = list_disagreements(scene) or "-"
+        rows.append(row)
+    return pd.DataFrame(rows).fillna("missing")
+
+
+def _draw_sheets(evidence: Evidence) -> list[Picture]:
+    """Draw a contact sheet of final states for the lowest and highest pressure of each arm."""
+    pressures = sorted({run.case.pressure for run in evidence.runs})
+    pictures = []
+    for arm in ARMS:
+        for pressure in dict.fromkeys((pressures[0], pressures[-1])):
+            chosen = [run for run in evidence.first_seed_runs if (run.case.arm, run.case.pressure) == (arm, pressure)]
+            if not chosen:
+                continue
+            name = f"{arm}-{pressure:g}.png"
+            _draw_sheet(chosen, evidence, name)
+            picture = Picture(
+                name,
+                f"Last frame of every {arm} scene at pressure {pressure:g}: a row a shape, a column a floor.",
+                f"Last frame, {arm}, pressure {pressure:g}, seed {evidence.seeds[0]}: lumps in colours, powder in "
+                "grey.",
+                data="summary.csv",
+            )
+            pictures.append(picture)
+    return pictures
+
+
+def _draw_sheet(runs: Sequence[Run], evidence: Evidence, name: str) -> None:
+    """Draw the last frames of ``runs`` by fragment: a row for each shape, a column for each floor.
+
+    The highest scene of a row sets its height.
+    """
+    shapes, floors = _list_shapes_and_floors(evidence)
+    heights = [
+        max(get_panel_size(run)[1] / get_panel_size(run)[0] for run in runs if run.case.shape.name == shape)
+        for shape in shapes
+    ]
+    size = (PANEL * len(floors) + 0.4, PANEL * sum(heights) + 0.4)
+    figure = Figure(figsize=size, layout="constrained")
+    grid = figure.subplots(len(shapes), len(floors), squeeze=False, gridspec_kw={"height_ratios": heights})
+    for run in runs:
+        ax = grid[shapes.index(run.case.shape.name), floors.index(run.case.floor.name)]
+        draw_background(ax, run)
+        ax.set_ylim(0, heights[shapes.index(run.case.shape.name)] * get_panel_size(run)[0])
+        if not evidence.is_done(run):
+            ax.text(0.5, 0.5, "missing", transform=ax.transAxes, ha="center", color="white")
+            continue
+        with run.open() as dataset:
+            colours = colour_fragments(classify(dataset, run.config.question.analysis).fragments)[0]
+            places = dataset["position"][-1].values
+        draw_snow(ax, run, places, PANEL * 72 / get_panel_size(run)[0], colours)
+    for floor, ax in zip(floors, grid[0], strict=True):
+        ax.set_title(floor, fontsize=9)
+    for shape, ax in zip(shapes, grid[:, 0], strict=True):
+        ax.set_ylabel(shape, fontsize=9)
+    save_figure(figure, evidence.folder / name)
+
+
+def _list_shapes_and_floors(evidence: Evidence) -> tuple[list[str], list[str]]:
+    """List shapes and floors in the order in which they were asked for."""
+    shapes = list(dict.fromkeys(run.case.shape.name for run in evidence.runs))
+    return shapes, list(dict.fromkeys(run.case.floor.name for run in evidence.runs))
+
+
+def draw_heatmap(evidence: Evidence) -> Picture:
+    """Draw the mass in lumps of every scene; returns the picture.
+
+    There is a panel for each pressure with sintering, and one for the most of any pressure without.
+    """
+    shapes, floors = _list_shapes_and_floors(evidence)
+    panels = _list_panels(evidence.scenes) or {"no run has a result": {}}
+    columns = min(2, len(panels))
+    rows = -(-len(panels) // columns)
+    size = ((0.62 * len(floors) + 0.6) * columns + 0.9, (0.42 * len(shapes) + 0.75) * rows + 0.3)
+    figure = Figure(figsize=size, layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    for ax, (title, lumps) in zip(axes.flat, panels.items(), strict=False):
+        grid = np.array([[lumps.get((shape, floor), np.nan) for floor in floors] for shape in shapes])
+        image = _draw_heatmap_panel(ax, grid, shapes, floors)
+        ax.set_title(title, fontsize=9)
+    for ax in axes.flat[len(panels) :]:
+        ax.set_axis_off()
+    figure.colorbar(image, ax=axes, label="mass in lumps [1]", shrink=0.8)
+    save_figure(figure, evidence.folder / "heatmap.png")
+    return Picture(
+        "heatmap.png",
+        f"Heat map of the mass in lumps of {len(evidence.scenes)} scenes: a row a shape, a column a floor, a panel a "
+        "pressure with sintering, and one without.",
+        "Mass in lumps by scene, mean over seeds. With sintering the cells should go from below to above one half; "
+        "without they should stay below. A dash: a run is missing.",
+        data="scenes.csv",
+    )
+
+
+def _draw_heatmap_panel(ax: Axes, grid: np.ndarray, shapes: list[str], floors: list[str]) -> AxesImage:
+    """Draw the mass in lumps by shape and floor, ``grid`` (shapes, floors); returns the image."""
+    image = ax.imshow(grid, cmap=HEAT, vmin=0, vmax=1, aspect="auto")
+    _write_cells(ax, grid)
+    ax.set_xticks(range(len(floors)), floors, fontsize=8, rotation=30, ha="right")
+    ax.set_yticks(range(len(shapes)), shapes, fontsize=8)
+    ax.tick_params(length=0)
+    return image
+
+
+def _list_panels(scenes: Sequence[JudgedScene]) -> dict[str, dict[tuple[str, str], float]]:
+    """List the panels of the heat map by title: the mass in lumps by shape and floor.
+
+    Where a run is missing there is NaN or no entry.
+    """
+    means = {
+        (scene.shape, scene.floor): {arm: select_arm(scene.table, arm, "lump_fraction").mean() for arm in ARMS}
+        for scene in scenes
+    }
+    missing = {(scene.shape, scene.floor): scene.missing for scene in scenes}
+    sintered, unsintered = ARMS
+    panels = {}
+    for pressure in sorted({pressure for by_arm in means.values() for pressure in by_arm[sintered].index}):
+        panels[f"with sintering, pressure {pressure:g}"] = {
+            place: by_arm[sintered].get(pressure, np.nan)
+            for place, by_arm in means.items()
+            if (sintered, pressure) not in missing[place]
+        }
+    most = {
+        place: by_arm[unsintered].max()
+        for place, by_arm in means.items()
+        if len(by_arm[unsintered]) and not any(arm == unsintered for arm, _ in missing[place])
+    }
+    return panels | ({"without sintering, the most of any pressure": most} if most else {})
+
+
+def _write_cells(ax: Axes, grid: np.ndarray) -> None:
+    """Write the number into each cell, dark on bright and bright on dark."""
+    for (row, column), value in np.ndenumerate(grid):
+        text = "-" if np.isnan(value) else f"{value:.2f}"
+        ax.text(column, row, text, ha="center", va="center", fontsize=8, color="white" if value < 0.55 else "black")
+
+
+FIGURE = FigureKind(report, is_judged=True)

@@ -1,0 +1,151 @@
+"""Figures 5 and 6: rows of runs over columns of frames, and the verdict on the claims."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from ...evidence import claims
+from ...evidence.gather import Evidence, sort_as_in_paper
+from ...store.run import Run
+from ...summary.classify import classify
+from ..document import FigureContent, Picture, escape
+from ..drawing.common import (
+    SNOW,
+    colour_fragments,
+    draw_background,
+    draw_snow,
+    format_column_title,
+    get_panel_size,
+    save_figure,
+)
+from ..sections import broken, specification
+from ..sections import claims as claims_section
+from .kinds import FigureKind
+
+PANEL = 2.3  # width of a panel [inches]
+
+
+@dataclass(frozen=True)
+class Row:
+    """One row of a strip, with dictionaries by frame.
+
+    ``places``: of its particles (n, 2) [length units], empty if the run is missing; ``colours``: of each particle by
+    its fragment (n,), from the release on; ``measures``: mass in lumps and their number, from the release on.
+    """
+
+    label: str
+    places: dict[int, np.ndarray]
+    colours: dict[int, np.ndarray]
+    measures: dict[int, dict[str, float]]
+
+
+def report(evidence: Evidence) -> FigureContent:
+    """Draw the paper's figure, once in its colours and once by fragment.
+
+    The section also has the verdicts on the claims, what broke, and whether verdicts depend on what a lump is.
+    """
+    experiment, first = evidence.experiment, evidence.runs[0]
+    rows = [_make_row(run, evidence) for run in sort_as_in_paper(evidence.first_seed_runs)]
+    draw_strip(rows, experiment.frames, first, evidence.folder / "strip.png", by_fragment=False)
+    draw_strip(rows, experiment.frames, first, evidence.folder / "fragments.png", by_fragment=True)
+    _write_panels(rows, evidence.folder / "strip.csv")
+    blocks = [
+        *_make_pictures(evidence),
+        *claims_section.make_blocks(evidence),
+        *broken.make_blocks(evidence),
+        *specification.make_blocks(evidence),
+    ]
+    return FigureContent(
+        blocks, " ".join(claims.write_sentence(scene.table, scene.verdicts) for scene in evidence.scenes)
+    )
+
+
+def _make_pictures(evidence: Evidence) -> list[Picture]:
+    """Make the pictures of the strip, which are drawn already: in the paper's colours, and by fragment."""
+    experiment = evidence.experiment
+    scenes = ", ".join(escape(scene.name) for scene in evidence.scenes)
+    times = ", ".join(str(frame) for frame in experiment.frames)
+    strip = Picture(
+        "strip.png",
+        f"Snow in rows of runs over frames {times}: pressure rises downwards, first with and then without sintering.",
+        f"The runs in the paper's order and colours: {scenes}, seed {evidence.seeds[0]}. Pressure rises downwards, "
+        "first with sintering, then without.",
+        experiment.figure,
+        "strip.csv",
+    )
+    fragments = Picture(
+        "fragments.png",
+        "The same, coloured by fragment: lumps in colours, powder in grey.",
+        "The same by fragment, from release on: each lump has a colour and keeps it, powder is grey.",
+        data="strip.csv",
+    )
+    return [strip, fragments]
+
+
+def _write_panels(rows: Sequence[Row], path: Path) -> None:
+    """Write what each panel shows in numbers: one row for each panel."""
+    cells = [
+        {"row": row.label.replace("\n", ", "), "frame": frame, **row.measures.get(frame, {})}
+        | {"x": places[:, 0].mean(), "y": places[:, 1].mean(), "width": np.ptp(places[:, 0])}
+        | {"height": np.ptp(places[:, 1])}
+        for row in rows
+        for frame, places in row.places.items()
+    ]
+    pd.DataFrame(cells).to_csv(path, index=False, float_format="%.5g", lineterminator="\n")
+
+
+def draw_strip(rows: Sequence[Row], frames: Sequence[int], run: Run, path: Path, by_fragment: bool) -> None:
+    """Draw rows of runs over columns of frames.
+
+    ``run``: any of the runs, which all have the same scene; ``by_fragment``: whether lumps have colours, or all snow
+    the paper's.
+    """
+    width, height = get_panel_size(run)
+    figure = Figure(figsize=(PANEL * len(frames) + 1.35, PANEL * height / width * len(rows) + 0.45))
+    figure.set_facecolor("white")
+    grid = figure.subplots(len(rows), len(frames), squeeze=False)
+    figure.subplots_adjust(
+        left=1.3 / figure.get_figwidth(),
+        right=0.998,
+        bottom=0.004,
+        top=1 - 0.42 / figure.get_figheight(),
+        wspace=0.02,
+        hspace=0.03,
+    )
+    for row, axes in zip(rows, grid, strict=True):
+        for frame, ax in zip(frames, axes, strict=True):
+            draw_background(ax, run)
+            if not row.places:
+                ax.text(0.5, 0.5, "missing", transform=ax.transAxes, ha="center", color="white")
+                continue
+            colour = row.colours.get(frame, SNOW) if by_fragment else SNOW
+            draw_snow(ax, run, row.places[frame], PANEL * 72 / width, colour)
+        axes[0].set_ylabel(row.label, rotation=0, ha="right", va="center", fontsize=9, labelpad=8)
+    for frame, ax in zip(frames, grid[0], strict=True):
+        ax.set_title(format_column_title(frame, run), fontsize=9)
+    save_figure(figure, path)
+
+
+def _make_row(run: Run, evidence: Evidence) -> Row:
+    """Read the row of a run."""
+    arm = "sintering" if run.case.sintering.enabled else "no sintering"
+    label = f"pressure {run.case.pressure:g}\n{arm}"
+    if not evidence.is_done(run):
+        return Row(label, {}, {}, {})
+    frames = evidence.experiment.frames
+    after_release = [frame for frame in frames if frame >= run.case.loading.press_frames]
+    with run.open() as dataset:
+        fragments = (
+            classify(dataset, run.config.question.analysis, frames=after_release).fragments if after_release else []
+        )
+        places = {frame: dataset["position"].sel(snapshot=frame).values for frame in frames}
+    colours_by_frame = zip(fragments, colour_fragments(fragments), strict=True)
+    measures = {now.frame: {"mass_in_lumps": now.lump_fraction, "lumps": now.lumps} for now in fragments}
+    return Row(label, places, {now.frame: colours for now, colours in colours_by_frame}, measures)
+
+
+FIGURE = FigureKind(report, is_judged=True, needs=("frames",))

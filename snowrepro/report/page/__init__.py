@@ -1,0 +1,1 @@
+"""Pages: sections put together as HTML, Markdown and JSON."""

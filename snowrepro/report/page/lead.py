@@ -1,0 +1,107 @@
+"""The top of a report: which runs there are, the verdict on each claim, and the reproduced figure."""
+
+from collections.abc import Sequence
+
+from ...evidence.claims import NOT_RUN, Count, JudgedScene, Verdict, format_interval
+from ...evidence.gather import Evidence
+from ...settings.question import Claim
+from ...store import states
+from ..document import Block, Heading, Picture, Section, escape, format_code, format_list
+from ..figures.kinds import find_figure
+
+SHOWN_ABOVE = "This picture is shown at the top of the page."
+
+
+def make_lead(evidences: Sequence[Evidence], sections: Sequence[Section]) -> tuple[Section, list[Section]]:
+    """Make the first section of a report, the summary.
+
+    Returns it and the other sections; the picture that moved into the summary is replaced there by a sentence.
+    """
+    judged = [evidence for evidence in evidences if find_figure(evidence.experiment).is_judged]
+    anchor = (judged or evidences)[0].experiment.name
+    chosen = next(section for section in sections if section.anchor == anchor)
+    picture = next((block for block in chosen.blocks if isinstance(block, Picture)), None)
+    blocks: list[Block] = [describe_runs(evidences)]
+    if judged:
+        blocks += [Heading("The claims"), format_list(describe_claims(judged))]
+    if picture:
+        blocks.append(picture)
+    first = Section("summary", "Summary", blocks, command=chosen.command, runs=chosen.runs)
+    others = [_replace_picture(section, picture) if section is chosen else section for section in sections]
+    return first, others
+
+
+def describe_runs(evidences: Sequence[Evidence]) -> str:
+    """Say how many runs there are, how many are missing, and of which reading and fidelity they are."""
+    runs = {
+        run.id: run for evidence in evidences if find_figure(evidence.experiment).needs_runs for run in evidence.runs
+    }
+    if not runs:
+        return "Nothing is simulated for this."
+    counts: dict[str, int] = {}
+    for standing in states.standings(list(runs.values())):
+        counts[standing.state] = counts.get(standing.state, 0) + 1
+    done = counts.pop(states.DONE, 0)
+    missing = "".join(f"; **{count} {state}**" for state, count in counts.items()) or ", none is missing"
+    first = next(iter(runs.values()))
+    return (
+        f"{done} of {len(runs)} runs are done{missing}. Reading {format_code(first.case.reading.name)}, fidelity "
+        f"{format_code(first.case.fidelity.name)}."
+    )
+
+
+def describe_claims(judged: Sequence[Evidence]) -> list[str]:
+    """Describe each claim with the verdicts on it, tests before calibration."""
+    claims = judged[0].runs[0].config.question.claims
+    lines = []
+    for claim in claims.list:
+        sentences = sorted((order, text) for evidence in judged for order, text in _describe_claim(claim, evidence))
+        if sentences:
+            lines.append(
+                f"**{escape(claim.name)}.** {escape(claim.statement)} " + " ".join(text for _, text in sentences)
+            )
+    return lines
+
+
+def _describe_claim(claim: Claim, evidence: Evidence) -> list[tuple[int, str]]:
+    """Describe what one experiment says of a claim, as (rank in the order of sentences, sentence)."""
+    where = evidence.experiment.figure or evidence.experiment.title
+    if claim.test == "scenes":
+        verdicts = [v for v in evidence.over_scenes if v.claim == claim.name and v.word != NOT_RUN]
+        scenes = f"{len([scene for scene in evidence.scenes if not scene.calibrated])} other scenes"
+        return [(1, f"**{v.word}** by {scenes}: the numbers agree with {escape(v.measured)}.") for v in verdicts]
+    if len(evidence.scenes) == 1:
+        (scene,) = evidence.scenes
+        verdict = scene.verdict(claim.name)
+        return [(2 if verdict.calibrated else 0, _describe_verdict(claim, verdict, scene, where))]
+    counts = [count for v in evidence.over_scenes for count in v.counts if count.claim == claim.name]
+    return [(1, _describe_count(count)) for count in counts]
+
+
+def _describe_count(count: Count) -> str:
+    """Say in how many scenes the numbers agree with a claim."""
+    if not count.scenes:
+        return f"**{NOT_RUN}** in all other scenes."
+    return f"The numbers agree in {count.holds} of {count.scenes} other scenes."
+
+
+def _describe_verdict(claim: Claim, verdict: Verdict, scene: JudgedScene, where: str) -> str:
+    """Describe a verdict with the number that it rests on."""
+    place = f"{escape(where)}, {escape(scene.name)}"
+    if verdict.word == NOT_RUN:
+        return f"**{NOT_RUN}**, {place}: {escape(verdict.note)}."
+    seeds = f"{verdict.seeds} seed{'s' * (verdict.seeds != 1)}"
+    number = verdict.measured
+    if verdict.effect:
+        change = "change from " if claim.test == "rises" else ""
+        number = f"{change}{verdict.effect_of}: {format_interval(verdict.effect)}"
+    disagreement = "" if verdict.direction == "agree" else "; the numbers disagree"
+    measure = "mass in lumps" if claim.measure == "lump_fraction" else claim.measure.replace("_", " ")
+    remark = verdict.label.removeprefix(verdict.word)
+    return f"**{verdict.word}**{remark}, {place}: {measure} {escape(number)}, {seeds}{disagreement}."
+
+
+def _replace_picture(section: Section, picture: Picture | None) -> Section:
+    """Return the section with a sentence in the place of ``picture``."""
+    blocks = [SHOWN_ABOVE if block is picture and picture else block for block in section.blocks]
+    return Section(section.anchor, section.title, blocks, section.paper_text, section.command, section.runs)

@@ -1,0 +1,64 @@
+"""A report as Markdown, to be read where the code is kept."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import pandas as pd
+
+from ...store.files import published
+from ..document import Block, Document, Fold, Heading, Pair, Picture, Section, Table, escape, format_cell
+
+
+def write_markdown(document: Document, path: Path) -> None:
+    """Write the report to ``path``; its pictures lie beside it."""
+    lines = [f"# {escape(document.title)}", ""]
+    for number, section in enumerate(document.sections):
+        lines += _format_section(section, headed=number > 0)
+    with published(path) as partial:
+        partial.write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8")
+
+
+def format_table(frame: pd.DataFrame) -> list[str]:
+    """Format a table as lines of Markdown."""
+    header = [str(column) for column in frame.columns]
+    rows = [[format_cell(value) for value in row] for row in frame.itertuples(index=False)]
+    return ["| " + " | ".join(cells) + " |" for cells in (header, ["---"] * len(header), *rows)]
+
+
+def _format_section(section: Section, headed: bool) -> list[str]:
+    """Format a section as lines of Markdown.  ``headed``: with its title."""
+    lines = [f"## {section.title}", ""] if headed else []
+    if section.paper_text:
+        lines += [f"> The paper: {section.paper_text}", ""]
+    lines += _format_blocks(section.blocks)
+    if section.command:
+        lines += [f"Redo: `{section.command}`", ""]
+    return lines
+
+
+def _format_blocks(blocks: Sequence[Block]) -> list[str]:
+    """Format several blocks as lines of Markdown."""
+    return [line for block in blocks for line in _format_block(block)]
+
+
+def _format_block(block: Block) -> list[str]:
+    """Format a block as lines of Markdown, with an empty one behind."""
+    if isinstance(block, Heading):
+        return [f"### {block.text}", ""]
+    if isinstance(block, Fold):
+        return [f"#### {block.summary}", "", *_format_blocks(block.blocks)]
+    if isinstance(block, Picture):
+        source = f"*{block.source}.* " if block.source else ""
+        return [f"![{block.alt}]({block.file})", "", f"{source}{block.caption}{_format_data_link(block.data)}", ""]
+    if isinstance(block, Pair):
+        pairs = zip(block.names, block.pictures, strict=True)
+        return [line for name, picture in pairs for line in (f"**{name}**", "", *_format_block(picture))]
+    if isinstance(block, Table):
+        caption = f"{block.caption}{_format_data_link(block.data)}".strip()
+        return [*format_table(block.frame), "", *([caption, ""] if caption else [])]
+    return [block, ""]
+
+
+def _format_data_link(file: str) -> str:
+    """Format the link to a file with data; empty without a file."""
+    return f" Data: [{Path(file).name}]({file})." if file else ""

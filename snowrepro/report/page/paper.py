@@ -1,0 +1,63 @@
+"""The report on the whole paper: all figures and tables in its order, and the register of choices."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ...composition.experiments import in_order_of_the_paper
+from ...evidence.gather import command_to_repeat
+from ...store.run import Run
+from ...sweep.plan import make_plan
+from ...sweep.record import asked, name_of, with_asked_seeds
+from ..document import Section, escape, format_code
+from ..figures.kinds import find_figure, needs_runs
+from ..sections import choices
+from .page import ExperimentReport, draw_experiment, write_experiment_page, write_page
+
+TITLE = "Snow Simulation Considering Pressure Sintering: a reproduction"
+
+
+@dataclass(frozen=True)
+class PlannedExperiment:
+    """An experiment of the paper's report.  ``overrides``, ``runs``: with every seed that was asked for."""
+
+    overrides: tuple[str, ...]
+    runs: Sequence[Run]
+
+    @property
+    def is_drawn(self) -> bool:
+        """Whether it is drawn: a study without any run that was asked for is only mentioned."""
+        needed = needs_runs(self.runs)
+        return not needed or bool(asked(self.overrides, self.runs[0].store)) or all(map(Run.is_done, self.runs))
+
+
+def write_paper(overrides: Sequence[str], store: str) -> Path:
+    """Write the report on all of the paper's experiments from the store alone; returns the page.
+
+    ``overrides`` hold for each experiment.  Raises ConfigError, StoreError.
+    """
+    planned = [_plan_experiment([f"experiment={name}", *overrides], store) for name in in_order_of_the_paper()]
+    contents = [
+        draw_experiment(each.runs, each.overrides) if each.is_drawn else _make_placeholder(each) for each in planned
+    ]
+    register = choices.make_section(overrides, store)
+    for content in contents:
+        if isinstance(content, ExperimentReport):
+            write_experiment_page(content, [register] if find_figure(content.evidence.experiment).is_judged else ())
+    folder = Path(planned[0].runs[0].config.question.reports) / name_of(["experiment=paper", *overrides])
+    return write_page(TITLE, contents, folder, [register])
+
+
+def _plan_experiment(overrides: Sequence[str], store: str) -> PlannedExperiment:
+    """Plan an experiment with the seeds that it was asked for."""
+    seeded = with_asked_seeds(overrides, store)
+    return PlannedExperiment(tuple(seeded), make_plan(seeded, multirun=False).runs)
+
+
+def _make_placeholder(experiment_plan: PlannedExperiment) -> Section:
+    """Make the section of an experiment that was not run: it names the command that runs it."""
+    experiment = experiment_plan.runs[0].config.question.experiment
+    assert experiment is not None
+    command = format_code(command_to_repeat(experiment_plan.overrides))
+    text = f"**Not run.** {command} makes its {len(experiment_plan.runs)} runs and fills this section."
+    return Section(experiment.name, escape(experiment.title), [text], escape(experiment.says))

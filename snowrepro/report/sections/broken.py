@@ -1,0 +1,127 @@
+"""The section on what broke: the mass in fragments of every size, and broken bonds over time."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from ...evidence.gather import Evidence
+from ...store.run import Run
+from ...summary.row import read_bonds
+from ..document import Block, Heading, Picture
+from ..drawing.common import save_figure
+
+ARMS = ((True, "with sintering"), (False, "without sintering"))
+LEAST = 1e-4  # mass of a fragment, as part of the body, from which on the curves are drawn
+SURVIVAL = Picture(
+    "survival.png",
+    "Survival curves: mass in fragments of at least a given mass, a curve a run, with and without sintering.",
+    "Phi(m): the part of the mass that is in fragments of at least m at the end. Where a curve meets the upright line, "
+    "the least mass of a lump, it shows the mass in lumps; wherever one would put that line, more lumps than powder is "
+    "to meet it above one half. One curve a run.",
+    data="survival.csv",
+)
+BONDS = Picture(
+    "bonds.png",
+    "Part of the bonds that are broken over time, a curve a run, with and without sintering.",
+    "Bonds broken by stretch or crushing (solid) and by stretch alone (dashed), from the release on.",
+    data="bonds.csv",
+)
+
+
+def make_blocks(evidence: Evidence) -> list[Block]:
+    """Draw both pictures and return them with their captions; nothing if no run is done."""
+    done = [run for run in evidence.runs if evidence.is_done(run)]
+    if not done:
+        return []
+    bonds = [(run, read_bonds(run)) for run in done]
+    draw_survival(bonds, evidence)
+    draw_bonds(bonds, evidence)
+    return [Heading("What broke"), SURVIVAL, BONDS]
+
+
+def draw_survival(bonds_of_runs: Sequence[tuple[Run, xr.Dataset]], evidence: Evidence) -> None:
+    """Draw Phi(m), the mass in fragments of at least m: a panel for each arm, a colour for each pressure."""
+    figure, axes = _make_panels()
+    colours = assign_colours(evidence.runs)
+    rows = []
+    for run, bonds in bonds_of_runs:
+        mass = bonds["fragment_mass"].values / bonds["mass"].values.sum()
+        ax = axes[0 if run.case.sintering.enabled else 1]
+        size, mass_above = np.array([1.0, *mass, LEAST / 10]), np.array([0.0, *np.cumsum(mass), 1.0])
+        ax.step(size, mass_above, where="post", color=colours[run.case.pressure], lw=1.2)
+        is_drawn = mass >= LEAST
+        rows.append(_label_rows(run, mass=mass[is_drawn], at_least=np.cumsum(mass)[is_drawn]))
+        lump = float(bonds.attrs["least_lump"]) / float(bonds["mass"].sum())
+        ax.axvline(lump, color="0.6", lw=0.8)
+    for ax in axes:
+        ax.axhline(0.5, color="0.6", lw=0.8, ls=":")
+        ax.set(xscale="log", xlim=(LEAST, 1.2), ylim=(-0.02, 1.02), xlabel="mass m of a fragment [part of the body]")
+    axes[0].set_ylabel("mass in fragments of at least m [1]")
+    _add_legend(figure, colours)
+    save_figure(figure, evidence.folder / SURVIVAL.file)
+    _write_rows(rows, evidence.folder / SURVIVAL.data)
+
+
+def draw_bonds(bonds_of_runs: Sequence[tuple[Run, xr.Dataset]], evidence: Evidence) -> None:
+    """Draw the broken part of the bonds over time: a panel for each arm, a colour for each pressure."""
+    figure, axes = _make_panels()
+    colours = assign_colours(evidence.runs)
+    rows = []
+    for run, bonds in bonds_of_runs:
+        time = bonds["state"].values * run.case.loading.frame_time
+        ax = axes[0 if run.case.sintering.enabled else 1]
+        ax.plot(time, bonds["broken_both"], color=colours[run.case.pressure], lw=1.2)
+        ax.plot(time, bonds["broken_stretch"], color=colours[run.case.pressure], lw=1.0, ls="--")
+        rows.append(
+            _label_rows(run, time=time, broken=bonds["broken_both"].values, by_stretch=bonds["broken_stretch"].values)
+        )
+    for ax in axes:
+        ax.set(ylim=(-0.02, 1.02), xlabel="time since pressing began [s]")
+    axes[0].set_ylabel("broken part of the bonds [1]")
+    _add_legend(figure, colours)
+    save_figure(figure, evidence.folder / BONDS.file)
+    _write_rows(rows, evidence.folder / BONDS.data)
+
+
+def _label_rows(run: Run, **columns: np.ndarray) -> pd.DataFrame:
+    """Make a table of ``columns`` (n,), with the run that they belong to in each row."""
+    labels: dict[str, Any] = {
+        "sintering": run.case.sintering.name,
+        "pressure": run.case.pressure,
+        "seed": run.case.seed,
+    }
+    return pd.DataFrame({**labels, **columns})
+
+
+def _write_rows(rows: Sequence[pd.DataFrame], path: Path) -> None:
+    """Write tables below one another as CSV."""
+    pd.concat(rows).to_csv(path, index=False, float_format="%.4g", lineterminator="\n")
+
+
+def _make_panels() -> tuple[Figure, list[Axes]]:
+    """Make a figure with one panel for each arm."""
+    figure = Figure(figsize=(8.2, 3.6), layout="constrained")
+    axes = list(figure.subplots(1, 2, sharey=True))
+    for ax, (_, title) in zip(axes, ARMS, strict=True):
+        ax.set_title(title, fontsize=10)
+    return figure, axes
+
+
+def assign_colours(runs: Sequence[Run]) -> dict[float, tuple]:
+    """Assign a colour to each pressure, from dark to bright as the pressure rises."""
+    pressures = sorted({run.case.pressure for run in runs})
+    return {p: colormaps["plasma"](0.85 * i / max(len(pressures) - 1, 1)) for i, p in enumerate(pressures)}
+
+
+def _add_legend(figure: Figure, colours: dict[float, tuple]) -> None:
+    """Add the legend of pressures."""
+    lines = [Line2D([], [], color=colour, label=f"pressure {pressure:g}") for pressure, colour in colours.items()]
+    figure.legend(handles=lines, loc="outside lower center", ncols=min(len(lines), 6), frameon=False, fontsize=8)

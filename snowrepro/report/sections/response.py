@@ -1,0 +1,102 @@
+"""The picture of the claims: mass in lumps over pressure, with the pressure at which it crosses one half."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ...evidence.calibration import HALF, Crossing, fit_rising_curve
+from ...evidence.claims import ARMS, JudgedScene, select_arm
+from ..drawing.common import SINTERED, UNSINTERED, save_figure
+
+COLOURS = dict(zip(ARMS, (SINTERED, UNSINTERED), strict=True))
+LABELS = dict(zip(ARMS, ("with sintering", "without"), strict=True))
+SEEDS = "seeds show numerical repeatability, not physical replication"
+
+
+def draw_response(
+    scenes: Sequence[JudgedScene], halves: dict[str, Crossing], path: Path, half_pressures: dict[str, str] | None = None
+) -> None:
+    """Draw a panel for each scene: a row for each shape, a column for each floor.
+
+    ``halves``: P50 by scene, to be marked; ``half_pressures``: the same in words, shown if there is only one scene.
+    Of several scenes, each panel names the claims that its means disagree with.
+    """
+    shapes, floors = (list(dict.fromkeys(getattr(scene, part) for scene in scenes)) for part in ("shape", "floor"))
+    is_alone = len(scenes) == 1
+    size = (6.4, 4.4) if is_alone else (1.75 * len(floors) + 0.8, 1.5 * len(shapes) + 1.1)
+    figure = Figure(figsize=size, layout="constrained")
+    grid = figure.subplots(len(shapes), len(floors), squeeze=False, sharex=True, sharey=True)
+    pressures = sorted({p for scene in scenes if len(scene.table) for p in scene.table["pressure"] if p > 0})
+    for ax in grid.flat:
+        ax.set_visible(False)
+    for scene in scenes:
+        ax = grid[shapes.index(scene.shape), floors.index(scene.floor)]
+        ax.set_visible(True)
+        half_pressure = half_pressures[scene.name] if is_alone and half_pressures else ""
+        _draw_panel(ax, scene, halves.get(scene.name, Crossing()), half_pressure)
+        if not is_alone:
+            ax.text(0.04, 0.94, list_disagreements(scene), transform=ax.transAxes, va="top", fontsize=7, color="0.3")
+        ax.set_title(scene.name, fontsize=10 if is_alone else 8)
+        ax.set(xscale="log", ylim=(-0.04, 1.04))
+        ax.margins(x=0.09)
+        if len(pressures) <= 4:
+            ax.set_xticks(pressures, [f"{pressure:g}" for pressure in pressures])
+            ax.minorticks_off()
+        ax.tick_params(labelsize=9 if is_alone else 7)
+    figure.supxlabel(f"nominal pressure [unit of E]\n{SEEDS}", fontsize=9)
+    figure.supylabel("mass in lumps [1]", fontsize=9)
+    _add_legend(figure)
+    save_figure(figure, path)
+
+
+def _add_legend(figure: Figure) -> None:
+    """Add a legend of all labels in a figure, each once; none if there are no labels."""
+    labelled = [pair for ax in figure.axes for pair in zip(*ax.get_legend_handles_labels(), strict=True)]
+    handles = {label: handle for handle, label in labelled}
+    if handles:
+        figure.legend(
+            handles.values(), handles, loc="outside upper center", ncols=len(handles), frameon=False, fontsize=8
+        )
+
+
+def list_disagreements(scene: JudgedScene) -> str:
+    """List the claims that a scene's means disagree with, as text."""
+    return " ".join(v.claim for v in scene.verdicts if v.agrees is False)
+
+
+def _draw_panel(ax: Axes, scene: JudgedScene, half: Crossing, half_pressure: str) -> None:
+    """Draw seeds, means and rising fit of both arms, and P50."""
+    size = 5.0 if half_pressure else 3.0
+    ax.axhline(HALF, color="0.6", lw=0.8, ls=":", zorder=0)
+    for arm in ARMS:
+        blocks = select_arm(scene.table, arm, "lump_fraction")
+        if blocks.empty:
+            continue
+        means, colour = blocks.mean(), COLOURS[arm]
+        fit = fit_rising_curve(means)
+        ax.plot(fit.index, fit, "-", color=colour, lw=1.3, label="_")
+        ax.plot(means.index, means, "_", color=colour, ms=4 * size, mew=1.6, label=f"{LABELS[arm]}: mean and fit")
+        for number, (_, values) in enumerate(blocks.iterrows()):
+            label = "a seed" if (arm, number) == (ARMS[0], 0) else "_"
+            ax.plot(
+                _shift_pressures(blocks, number), values, "o", color=colour, ms=size, alpha=0.55, mew=0, label=label
+            )
+    if half.pressure is None:
+        return
+    if half.low is not None and half.high is not None:
+        pressures = scene.table["pressure"]
+        ends = np.clip([half.low, half.high], pressures.min(), pressures.max())
+        ax.plot(ends, [HALF, HALF], "|-", color="black", lw=1.6, ms=size + 4)
+    ax.plot([half.pressure], [HALF], "D", color="black", ms=size, label="P50")
+    if half_pressure:
+        ax.annotate(f"P50 {half_pressure}", (half.pressure, HALF), xytext=(8, -14), textcoords="offset points")
+
+
+def _shift_pressures(blocks: pd.DataFrame, number: int) -> np.ndarray:
+    """Return the pressures, shifted a little for each seed so that points do not hide one another."""
+    share = (number - (len(blocks) - 1) / 2) / len(blocks)
+    return blocks.columns.to_numpy(dtype=float) * 10 ** (0.04 * share)

@@ -1,0 +1,1 @@
+"""The numbers of one run: its row, what the columns mean, and its lumps and powder."""

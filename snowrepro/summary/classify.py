@@ -1,0 +1,91 @@
+"""Classify a run, or anyone's particles over time, into lumps and powder."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import xarray as xr
+from pydantic import ValidationError
+
+from ..analysis.lumps import Classification, classify_motion
+from ..analysis.motion import read_motion
+from ..composition.compose import compose
+from ..errors import ConfigError
+from ..settings.analysis import Analysis
+from ..store import cf
+from ..store.files import published
+
+
+def classify(
+    data: xr.Dataset | np.ndarray,
+    analysis: Analysis | None = None,
+    *,
+    frames: Sequence[int] | Literal["all"] | None = None,
+    mass: np.ndarray | float | None = None,
+    release: int | None = None,
+    grid_spacing: float | None = None,
+    cell_mass: float | None = None,
+    **settings: Any,
+) -> Classification:
+    """Classify particles over time, ours or anyone's, into lumps and powder.
+
+    ``data``: a Dataset (a run; or see ``read_motion`` for what it must hold) or positions (time, particle, axis).
+    ``frames``: those whose fragments are wanted, "all" stored ones since release, or by default the last.
+    ``mass`` (n,), ``release`` (a frame), ``grid_spacing`` and ``cell_mass`` win over what the data says.
+    ``analysis`` and ``settings`` by name (``definition="proximity"``, ``break_strain=0.2``) define what a lump is; by
+    default the run's own configuration does, or conf/analysis/bonds.yaml.
+    Raises DataError for data that cannot be classified and ConfigError for wrong settings.
+    """
+    if isinstance(data, xr.Dataset):
+        data = cf.run_as_read(data)
+    motion = read_motion(data, mass=mass, release=release, grid_spacing=grid_spacing, cell_mass=cell_mass)
+    if analysis is None:
+        analysis = read_analysis(data) if isinstance(data, xr.Dataset) else compose_analysis()
+    analysis = change_settings(analysis, settings)
+    if frames is None:
+        frames = [int(motion.frames[-1])]
+    return classify_motion(motion, analysis, motion.frames.tolist() if isinstance(frames, str) else list(frames))
+
+
+def read_analysis(dataset: xr.Dataset) -> Analysis:
+    """Read from a run of ours the settings that it is to be classified by; for other data return the usual ones."""
+    config = json.loads(dataset.attrs.get("config", "{}"))
+    return Analysis.model_validate(config["analysis"]) if "analysis" in config else compose_analysis()
+
+
+def compose_analysis() -> Analysis:
+    """Compose the settings of conf/analysis/bonds.yaml."""
+    return compose().question.analysis
+
+
+def write_classification(classification: Classification, folder: Path) -> None:
+    """Write measures.json, fragments.csv (a row a fragment) and fragments.nc (ids by particle, and the bonds).
+
+    Raises StoreError where it cannot be written.
+    """
+    content = {
+        **classification.measures(),
+        "assumed": classification.assumed,
+        "analysis": classification.analysis.model_dump(),
+    }
+    with published(folder / "measures.json") as partial:
+        partial.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    with published(folder / "fragments.csv") as partial:
+        classification.table().to_csv(partial, index=False, float_format="%.6g", lineterminator="\n")
+    with published(folder / "fragments.nc") as partial:
+        cf.as_file(classification.to_dataset(), "classified by snowrepro").to_netcdf(partial, engine="netcdf4")
+
+
+def change_settings(analysis: Analysis, settings: dict[str, Any]) -> Analysis:
+    """Return the analysis with some settings changed.  Raises ConfigError that names a wrong one and the right ones."""
+    names = list(Analysis.model_fields)
+    for name in settings:
+        if name not in names:
+            raise ConfigError(f"there is no setting '{name}' of the analysis; there are: {', '.join(names)}")
+    try:
+        return Analysis.model_validate({**analysis.model_dump(), **settings})
+    except ValidationError as error:
+        wrong = "; ".join(f"{item['loc'][0]}: {item['msg']} (got {item['input']!r})" for item in error.errors())
+        raise ConfigError(wrong) from error

@@ -1,0 +1,116 @@
+"""The columns of the rows of numbers: what each means, and its unit; see ``summary.measure``."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from .. import units
+from ..settings.case import Case
+
+TEXT = ""
+CELLS = "cells"
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of the rows of numbers.
+
+    ``long_name``: what it means; ``powers``: its unit as ``units.text`` reads it, CELLS for the paper's cells in any
+    reading, TEXT for words.
+    """
+
+    long_name: str
+    powers: str = "1"
+
+    @property
+    def is_text(self) -> bool:
+        """Whether it holds words, and no numbers."""
+        return self.powers == TEXT
+
+    def attrs(self, length_unit: str) -> dict[str, str]:
+        """Return the attributes of a variable that holds the column; words have no unit."""
+        if self.is_text:
+            return {"long_name": self.long_name}
+        unit = "cell" if self.powers == CELLS else units.text(self.powers, length_unit)
+        return {"long_name": self.long_name, "units": unit}
+
+
+# What was simulated.
+CASE_COLUMNS = {
+    "run_id": Column("id of the run in the store", TEXT),
+    "shape": Column("snow shape", TEXT),
+    "floor": Column("floor", TEXT),
+    "sintering": Column("sintering while pressed", TEXT),
+    "pressure": Column("nominal pressure at the centre of the pressed snow", "M/L/T2"),
+    "reading": Column("reading of the paper", TEXT),
+    "fidelity": Column("fidelity", TEXT),
+    "seed": Column("seed of the particles' random places"),
+}
+
+# What every run has.
+COMMON_COLUMNS = {
+    "particles": Column("number of particles"),
+    "fragments_at_release": Column("number of fragments at release"),
+    "whole_at_release": Column("whether the snow was one body at release (1 yes, 0 no)"),
+    "density_at_release": Column("mean density of Eq. 2 at release", "M/L3"),
+    "young_at_release": Column("mean Young's modulus before hardening at release", "M/L/T2"),
+    "hardening_at_release": Column("mean hardening coefficient xi at release"),
+    "factor_at_release": Column("geometric mean of the hardening factor of Eq. 1 at release"),
+    "poisson_capped": Column("most particles in a frame at the cap of Poisson's ratio"),
+    "density_capped": Column("most particles in a frame at the maximum density"),
+    "hardening_capped": Column("most particles in a frame at the highest exponent of Eq. 1"),
+    "hardening_floored": Column("most particles in a frame at the lowest exponent of Eq. 1"),
+    "volume_bounded": Column("most particles in a frame at a bound of J_P"),
+    "ended_inside": Column("times that a particle ended inside the floor"),
+    "energy_unclosed": Column("energy from the release on that no cause explains, part of what causes gave and took"),
+    "substeps": Column("number of substeps"),
+}
+
+# What only runs that fall have; masses are parts of the whole body, at the last frame.
+FALL_COLUMNS = {
+    "definition": Column("what holds particles together in a lump", TEXT),
+    "lump_fraction": Column("part of the mass in lumps"),
+    "powder_fraction": Column("part of the mass that is there and in no lump"),
+    "vanished": Column("part of the mass that is no longer there"),
+    "lumps": Column("number of lumps"),
+    "fragments": Column("number of fragments"),
+    "largest_fragment": Column("part of the mass in the heaviest fragment"),
+    "median_mass": Column("mass that half of the mass is in fragments at least as heavy as, part of the body"),
+    "joined_chance": Column("chance that two random bits of snow are still joined"),
+    "effective_number": Column("number of equal fragments with the same chance"),
+    "second_moment": Column("chance that two random bits are joined outside the heaviest fragment"),
+    "broken_bonds": Column("part of the bonds that broke"),
+    "settled": Column("whether hardly any bond breaks any more (1 yes, 0 no)"),
+    "lumps_by_bonds": Column("part of the mass in lumps if bonds held particles together"),
+    "lumps_by_proximity": Column("part of the mass in lumps if all near particles held together"),
+    "lumps_by_grid": Column("part of the mass in lumps if all particles in touching grid cells held together"),
+    "lumps_by_damage": Column("part of the mass in lumps if near particles with enough unbroken bonds held together"),
+    "impact_speed": Column("largest speed of a particle while falling", "L/T"),
+    "flattening_most": Column("height lost from the release on at most, part of the height at release"),
+    "flattening_end": Column("height lost from the release to the end, part of the height at release"),
+    "rebound": Column("largest upward speed of the body after the impact over the speed of the impact"),
+}
+
+# What only hardness tests have.
+TEST_COLUMNS = {
+    "indenter": Column("indenter", TEXT),
+    "hardness": Column("mean force over mean contact chord in the last tenth of the depth", "M/L/T2"),
+    "hardness_depth": Column("depth of the indenter below first touch at the end", CELLS),
+    "indentation_work": Column("work of the indenter at unit depth out of the plane", "M L2/T2"),
+}
+
+COST_COLUMNS = {
+    "seconds": Column("wall time of the run", "T"),
+    "seconds_per_frame": Column("wall time of a frame", "T"),
+}
+
+
+def find_columns(cases: Iterable[Case]) -> dict[str, Column]:
+    """Find the columns that the rows of some cases have, by name, whether they have been simulated or not."""
+    kinds = {case.indenter is not None for case in cases}
+    return {
+        **CASE_COLUMNS,
+        **COMMON_COLUMNS,
+        **(FALL_COLUMNS if False in kinds else {}),
+        **(TEST_COLUMNS if True in kinds else {}),
+        **COST_COLUMNS,
+    }
