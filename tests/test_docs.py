@@ -146,10 +146,10 @@ def run_page(page: Path, folder: Path, environment: dict[str, str]) -> None:
 
 
 RUNNING = [page for page in PAGES if any(block.is_run for block in blocks(page))]
-AT_NIGHT = [pytest.param(page, marks=pytest.mark.nightly, id=name_of(page)) for page in RUNNING if page != README]
 
 
-@pytest.mark.parametrize("page", [pytest.param(README, marks=pytest.mark.slow, id=name_of(README)), *AT_NIGHT])
+@pytest.mark.nightly
+@pytest.mark.parametrize("page", RUNNING, ids=name_of)
 def test_every_example_runs(page, tmp_path, environment):
     """As it stands on the page."""
     run_page(page, tmp_path / "reader", environment)

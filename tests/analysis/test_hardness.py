@@ -106,7 +106,7 @@ def test_an_indented_run_is_the_falling_one_up_to_release(indented_run, small_ru
     assert np.abs(last).max() > 1.0
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_going_on_in_mid_indentation(indented_run):
     """While it rests, before and behind the first move of the disc, in mid-test: the same bits."""
     config, saved = compose(QUICK), {}
@@ -116,7 +116,7 @@ def test_going_on_in_mid_indentation(indented_run):
         assert_same_bits(simulate(config, resume=saved[frame]), whole)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_threads_and_a_stop_change_no_bit_in_fixed_point():
     """The disc's force too is summed in one order."""
     config, saved = compose([*QUICK, "solver.summation=fixed_point"]), {}

@@ -166,7 +166,7 @@ def test_blessing_is_refused(clone):
     assert not [path for path in (clone / "reports").rglob("*") if path.is_file()]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_blessed_regressed_and_blessed_again(clone):
     """A reference is made, a changed law is noticed, and a renewal says what it changes."""
     short = ["--tier", "1,2", *ONE]
@@ -187,7 +187,7 @@ def test_blessed_regressed_and_blessed_again(clone):
     assert log.count("\n## ") == 2 and log.count("model version") == 0
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_figures_are_what_they_were(snowrepro, references):
     """Tiers 3 and 4 on Figure 5; then a claim that was another before, and a number that was."""
     figure = ["check", "--tier", "3,4", "--only", "fig5", "--baseline", str(references)]

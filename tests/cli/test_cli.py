@@ -151,7 +151,7 @@ def test_claims_runs_judges_and_writes(snowrepro, tmp_path):
     assert [path.stat().st_mtime_ns for path in results(tmp_path)] == stamps
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_claims_with_a_failed_run_are_not_run(snowrepro, tmp_path):
     """Exit code 3 with the reason, after the verdicts on what is there."""
     done = snowrepro("claims", "experiment=fig6", "pressure=500,1e9", "sintering=none", "seeds=1",

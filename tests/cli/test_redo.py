@@ -197,7 +197,7 @@ def test_a_run_that_now_diverges(snowrepro, made, tmp_path):
     assert not list(tmp_path.glob("redone/*/run.nc"))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_drawn_shape_without_its_drawing(snowrepro, tmp_path):
     """What was simulated is the polygon, and the manifest has it; also what asked for it, and with which packages."""
     (tmp_path / "drop.svg").write_text('<svg><path d="M0,0 L8,0 8,6 3,9 0,6 Z"/></svg>')

@@ -38,7 +38,7 @@ def test_two_processes_write_the_same_bytes(snowrepro, tmp_path):
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == first
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_seeds_once_asked_for_stay_in_the_report(snowrepro, tmp_path):
     """Claims with two seeds, then the experiment alone: the report has both seeds; named ones win."""
     assert snowrepro("claims", *FIG5, "seeds=2").returncode == 0
@@ -49,7 +49,7 @@ def test_seeds_once_asked_for_stay_in_the_report(snowrepro, tmp_path):
     assert json.loads((folder / "claims.json").read_text())["seeds"] == [0]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_two_readings_side_by_side(snowrepro, tmp_path):
     """What was asked for otherwise and what it changes comes first; a run that failed on one side is named."""
     assert snowrepro("run", *FIG5).returncode == 0

@@ -78,7 +78,7 @@ def assert_same_results(one: Path, other: Path) -> None:
                 np.testing.assert_array_equal(a[variable].values, b[variable].values, err_msg=f"{name} {variable}")
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_sweep_whose_launcher_is_killed_twenty_times(tmp_path):
     """SIGKILL at random moments: 24 runs in the end, the content of an undisturbed sweep, none done twice."""
     sweep = ["run", "-m", "pressure=range(500,3500,500)", "sintering=paper,none", "seed=0,1", *SMALL]
@@ -133,7 +133,7 @@ def test_everything_killed_at_once_loses_nothing(tmp_path, snowrepro):
     assert len(results(tmp_path)) == 4
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_workers_end_with_their_launcher(tmp_path):
     """Nobody would wait for them; what they did so far is kept, and said."""
     process = start(tmp_path, "run", "-m", "pressure=500,3000", "fidelity=preview", "checkpoint_seconds=0.1")
@@ -237,7 +237,7 @@ def test_a_full_disk_fails_the_run_and_room_mends_it(tmp_path, snowrepro):
         assert len(results(tmp_path)) == 1
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_full_disk_in_a_sweep(tmp_path, snowrepro):
     """What fits is kept and counts; the others are told; with room again only they are run."""
     with small_disk(tmp_path / "runs", "2500k"):
@@ -254,7 +254,7 @@ def test_a_full_disk_in_a_sweep(tmp_path, snowrepro):
         assert kept.items() <= results(tmp_path).items()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_store_that_can_only_be_read(tmp_path, snowrepro):
     """What is there can be planned, explained and opened; a new run is refused at once."""
     with small_disk(tmp_path / "runs", "50m"):
@@ -272,7 +272,7 @@ def test_a_store_that_can_only_be_read(tmp_path, snowrepro):
         assert snowrepro("run", "pressure=600", *SMALL).returncode == 0
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_time_limit_is_a_state_and_the_run_goes_on(tmp_path, snowrepro):
     """The run is stopped, said to have been, keeps its checkpoint, and is taken up again."""
     sweep = ["-m", "pressure=500", "sintering=paper", "fidelity=preview", "checkpoint_seconds=0.1"]
@@ -288,7 +288,7 @@ def test_a_time_limit_is_a_state_and_the_run_goes_on(tmp_path, snowrepro):
     assert "goes on from frame" in (tmp_path / "runs" / name / "run.log").read_text()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_what_diverged_is_not_run_again_but_by_retry(tmp_path, snowrepro):
     """It is told, and left alone; retry runs it; other settings make other runs."""
     sweep = ["-m", "pressure=500,1e9", "sintering=none", *SMALL]
@@ -313,7 +313,7 @@ def test_what_diverged_is_not_run_again_but_by_retry(tmp_path, snowrepro):
         assert log.read_text().count("INFO run ") == runs + 1
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_plan_tells_reasons_and_runs_nothing(tmp_path, snowrepro):
     """Counts and reasons before, in between and after; changes of configuration and code are told as such."""
     sweep = ["experiment=fig5", "pressure=500,3000", "sintering=none", "experiment.frames=[0,20,60]", *SMALL]
@@ -377,7 +377,7 @@ def test_status_and_results_of_a_sweep(tmp_path, snowrepro):
     assert wrong.returncode == 2 and f"there are: {folder.name}" in wrong.stderr
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_parts_of_a_sweep_are_the_whole(tmp_path, snowrepro):
     """Three tasks of a job array, each with its part; no report, no record."""
     for task in (1, 2, 3):
@@ -391,7 +391,7 @@ def test_parts_of_a_sweep_are_the_whole(tmp_path, snowrepro):
         assert refused.returncode == 2 and f"part: should be I/N with 1 <= I <= N (got {wrong})" in refused.stderr
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_clean_shows_asks_and_frees(tmp_path, snowrepro):
     """Nothing goes without being named and agreed to."""
     assert snowrepro("run", "-m", "pressure=500,1e9", "sintering=none", *SMALL).returncode == 3
@@ -410,7 +410,7 @@ def test_clean_shows_asks_and_frees(tmp_path, snowrepro):
     assert wrong.returncode == 2 and "there are: scraps, failed, unfinished" in wrong.stderr
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_array_script_does_the_sweep(tmp_path, snowrepro):
     """Run as Slurm runs it, a task after the other, without Slurm."""
     sweep = ["-m", "pressure=500,3000", "sintering=none", *SMALL]

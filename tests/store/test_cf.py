@@ -55,7 +55,7 @@ def test_files_conform(stored, swept, tmp_path):
     assert any("axis attribute must be T, X, Y, or Z" in flaw for flaw in flaws)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_files_of_every_kind_conform(snowrepro, tmp_path):
     """In metres, indented, without results, along further keys; and what classify writes."""
     metres = Run(compose([*SMALL, f'store="{tmp_path}"'])).save(simulate(compose([*SMALL, "reading=si"])))

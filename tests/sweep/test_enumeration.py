@@ -286,7 +286,7 @@ print(peak_memory_mb())
 """
 
 
-@pytest.mark.parametrize(("seeds", "seconds"), [(1, 60), pytest.param(596, 30, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("seeds", "seconds"), [(1, 60), pytest.param(596, 30, marks=pytest.mark.nightly)])
 def test_a_large_sweep_is_lean(seeds, seconds):
     """100,000 runs in a fresh process; nothing is imported that only running them needs."""
     overrides = ["experiment=grid", f"seed=range({seeds})"]

@@ -26,7 +26,7 @@ class TestLocalLauncher(LauncherTestSuite):
     """Any application's jobs."""
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("task_launcher_cfg", "extra_flags"),
     [({}, ["-m", "hydra/launcher=local", "hydra/hydra_logging=disabled", "hydra/job_logging=disabled"])],

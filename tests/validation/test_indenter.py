@@ -49,7 +49,7 @@ def hold(motion: Motion, bottom: float, frames: int) -> float:
     return force_of(indenter, motion.laws)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("spline", ["quadratic", "cubic"])
 @pytest.mark.parametrize("nu", [0.0, 0.2])
 def test_an_elastic_block_is_squeezed(nu, spline, compare):
@@ -73,7 +73,7 @@ def test_an_elastic_block_is_squeezed(nu, spline, compare):
         compare(f"squeezed block, nu = {nu}, {spline}: E / (1 - nu^2) {how}", stress / strain, modulus, rel=0.01)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_yielding_block_is_squeezed(compare):
     """Ideally plastic, nu = 0: J times the Cauchy stress is E theta_c (1 - theta_c) in every section.
 
@@ -137,7 +137,7 @@ def test_a_disc_that_goes_away_takes_nothing_along():
     assert np.abs(motion.read("velocity")).max() < 1e-12
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_force_is_that_of_a_section(compare):
     """Pressed, sintered snow under the disc: the force is the stress through a section above the vice, within 2 %.
 
