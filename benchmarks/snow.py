@@ -7,7 +7,7 @@ import numpy as np
 
 from snowrepro.composition.compose import compose
 from snowrepro.mpm import diagnostics, solver
-from snowrepro.mpm.laws import Laws, laws_of
+from snowrepro.mpm.constants import Constants, make_constants
 from snowrepro.scene.build import build_scene
 from snowrepro.settings.case import Case
 
@@ -29,7 +29,7 @@ class Snow:
     """
 
     case: Case
-    laws: Laws
+    constants: Constants
     particles: dict[str, np.ndarray]
     distance: np.ndarray
     normal: np.ndarray
@@ -47,8 +47,8 @@ def start_snow(scene: str, spline: str, dx: float = 1.0, width: float = 1.0, fra
     case = _compose_case(scene, spline, dx, width, frame_time)
     built = build_scene(case)
     solver.start_taichi(case.solver, threads=1)
-    laws = laws_of(case)
-    particles, nodes, ledger = solver.allocate(case, built, laws)
+    constants = make_constants(case)
+    particles, nodes, ledger = solver.allocate(case, built, constants)
     velocity = np.zeros((particles.count, 2))
     velocity[:, 1] = -SPEED
     particles.write("velocity", velocity)
@@ -57,7 +57,7 @@ def start_snow(scene: str, spline: str, dx: float = 1.0, width: float = 1.0, fra
     def advance(in_full: bool = False) -> int:
         """Simulate one frame and return its substeps."""
         nonlocal number, row
-        solver.advance_frame(particles, nodes, ledger, laws, GRAVITY, 0.0, in_full)
+        solver.advance_frame(particles, nodes, ledger, constants, GRAVITY, 0.0, in_full)
         number += 1
         if in_full:
             row = diagnostics.measure(solver.frame_of(number, particles, ledger), case, row)
@@ -67,7 +67,7 @@ def start_snow(scene: str, spline: str, dx: float = 1.0, width: float = 1.0, fra
 
     return Snow(
         case=case,
-        laws=laws,
+        constants=constants,
         particles={name: np.ascontiguousarray(particles.read(name)) for name in QUANTITIES},
         distance=built.node_distance,
         normal=built.node_normal,

@@ -69,7 +69,7 @@ def do_run(run: Run, on_progress: Callable[["Progress"], None] | None = None) ->
     require_writable(run.work)
     if other := lease.holder(run.work):
         log.info("waits for %s, which works on this run", other)
-    with lease.held(run.work) as lease_of_run:
+    with lease.hold_lease(run.work) as lease_of_run:
         run.adopt()
         if not run.is_current():
             _attempt(run, on_progress, lease_of_run)
@@ -128,14 +128,15 @@ def _with_last_good_state(error: Diverged, run: Run) -> Diverged:
     """
     frame = error.frame - 1
 
-    def keep(progress: "Progress") -> None:
+    def save_if_last(progress: "Progress") -> None:
+        """Save the state before the frame that failed."""
         if progress.frame == frame:
             run.save_checkpoint({**progress.checkpoint(), "seconds": np.array(0.0)})
 
     checkpoint = run.checkpoint()
     if checkpoint is None or int(checkpoint["frame"]) < frame:
         with suppress(Diverged, StoreError):  # a full disk must not hide the first error
-            simulate(run.config, keep, checkpoint)
+            simulate(run.config, save_if_last, checkpoint)
         checkpoint = run.checkpoint()
     if checkpoint is None:
         return error

@@ -41,7 +41,7 @@ def store(small_run, tmp_path):
     varied = ["sintering=paper,none", "pressure=500,3000", "experiment=fig5", "experiment.frames=[0,20,60]"]
     plan = make_plan([*SMALL, *varied, f"store={tmp_path}/runs"], multirun=True)
     assert {run.id for run in plan.runs} == {run.id for run in runs}
-    folder = record.write(plan)
+    folder = record.write_record(plan)
     folder.rename(folder.with_name("mine"))
     (tmp_path / "blocked").mkdir()
     (tmp_path / "blocked" / "sitecustomize.py").write_text(BLOCK)

@@ -45,7 +45,7 @@ class Nodes(NamedTuple):
     normal: np.ndarray  # (nx, ny, 2) of the floor
 
 
-class Laws(NamedTuple):
+class Constants(NamedTuple):
     """Constants of a run."""
 
     dx: float
@@ -85,35 +85,35 @@ SPLINES = {"quadratic": quadratic, "cubic": cubic}
 
 
 @compiled
-def advance_frame(particles, nodes, laws, spline, gravity, top_speed2):
+def advance_frame(particles, nodes, constants, spline, gravity, top_speed2):
     """Advance one frame.  Returns (status, substeps, largest particle speed squared)."""
     elapsed = 0.0
     substeps = 0
-    while elapsed < laws.frame_time:
-        status, wave_speed2 = update_stress(particles, laws)
+    while elapsed < constants.frame_time:
+        status, wave_speed2 = update_stress(particles, constants)
         if status != RUNNING:
             return status, substeps, top_speed2
-        status, low_x, high_x, low_y, high_y = box_in_use(particles, nodes, laws)
+        status, low_x, high_x, low_y, high_y = box_in_use(particles, nodes, constants)
         if status != RUNNING:
             return status, substeps, top_speed2
-        longest = laws.cfl * laws.dx / (sqrt(wave_speed2) + sqrt(top_speed2))
-        remaining = laws.frame_time - elapsed
+        longest = constants.cfl * constants.dx / (sqrt(wave_speed2) + sqrt(top_speed2))
+        remaining = constants.frame_time - elapsed
         count = max(1.0, ceil(remaining / longest))
         dt = remaining / count
 
         box = (low_x, high_x, low_y, high_y)
         nodes.sums[low_x:high_x, low_y:high_y] = 0.0
-        particles_to_grid(particles, nodes, laws, spline, dt)
-        node_velocities(nodes, laws, box, dt, gravity)
-        top_speed2 = grid_to_particles(particles, nodes, laws, spline, dt)
+        particles_to_grid(particles, nodes, constants, spline, dt)
+        node_velocities(nodes, constants, box, dt, gravity)
+        top_speed2 = grid_to_particles(particles, nodes, constants, spline, dt)
         substeps += 1
-        elapsed = laws.frame_time if count < 1.5 else elapsed + dt
-    update_stress(particles, laws)
+        elapsed = constants.frame_time if count < 1.5 else elapsed + dt
+    update_stress(particles, constants)
     return RUNNING, substeps, top_speed2
 
 
 @compiled
-def update_stress(particles, laws):
+def update_stress(particles, constants):
     """Clamp the stretches of the trial F_E, harden and store the stress.  Returns (status, wave speed squared)."""
     fastest = 0.0
     for p in range(len(particles.mass)):
@@ -128,8 +128,8 @@ def update_stress(particles, laws):
         mean, half = 0.5 * (s_xx + s_yy), 0.5 * (s_xx - s_yy)
         radius = sqrt(half * half + s_xy * s_xy)
         first, second = mean + radius, mean - radius
-        first_clamped = min(max(first, laws.lowest_stretch), laws.highest_stretch)
-        second_clamped = min(max(second, laws.lowest_stretch), laws.highest_stretch)
+        first_clamped = min(max(first, constants.lowest_stretch), constants.highest_stretch)
+        second_clamped = min(max(second, constants.lowest_stretch), constants.highest_stretch)
         if first_clamped != first or second_clamped != second:
             new_mean = 0.5 * (first_clamped + second_clamped)
             shrink = 0.5 * (first_clamped - second_clamped) / (radius + TINY)
@@ -140,10 +140,10 @@ def update_stress(particles, laws):
             particles.F_E[p, 0, 0], particles.F_E[p, 0, 1] = a, b
             particles.F_E[p, 1, 0], particles.F_E[p, 1, 1] = c, d
             J_P = particles.J_P[p] * (first * second / (first_clamped * second_clamped))
-            particles.J_P[p] = min(max(J_P, laws.lowest_J_P), laws.highest_J_P)
+            particles.J_P[p] = min(max(J_P, constants.lowest_J_P), constants.highest_J_P)
 
         exponent = particles.hardening[p] * (1.0 - particles.J_P[p])
-        h = exp(min(max(exponent, laws.lowest_exponent), laws.highest_exponent))
+        h = exp(min(max(exponent, constants.lowest_exponent), constants.highest_exponent))
         mu, lam = h * particles.mu[p], h * particles.lam[p]
         # tau = 2 mu (F - R) F^T + lambda (J - 1) J
         J = a * d - b * c
@@ -159,7 +159,7 @@ def update_stress(particles, laws):
 
 
 @compiled
-def box_in_use(particles, nodes, laws):
+def box_in_use(particles, nodes, constants):
     """Status and the range of nodes that the particles reach, low to high along x and along y."""
     low_x, low_y, high_x, high_y = 1e300, 1e300, -1e300, -1e300
     for p in range(len(particles.mass)):
@@ -167,23 +167,23 @@ def box_in_use(particles, nodes, laws):
         low_x, high_x = min(low_x, x), max(high_x, x)
         low_y, high_y = min(low_y, y), max(high_y, y)
     nx, ny = nodes.distance.shape
-    fits_x = low_x > 2.0 * laws.dx and high_x < (nx - 3) * laws.dx
-    fits_y = low_y > 2.0 * laws.dx and high_y < (ny - 3) * laws.dx
+    fits_x = low_x > 2.0 * constants.dx and high_x < (nx - 3) * constants.dx
+    fits_y = low_y > 2.0 * constants.dx and high_y < (ny - 3) * constants.dx
     if not (fits_x and fits_y):
         return LEFT_GRID, 0, 0, 0, 0
     return (
         RUNNING,
-        floor(low_x / laws.dx) - 2,
-        floor(high_x / laws.dx) + 4,
-        floor(low_y / laws.dx) - 2,
-        floor(high_y / laws.dx) + 4,
+        floor(low_x / constants.dx) - 2,
+        floor(high_x / constants.dx) + 4,
+        floor(low_y / constants.dx) - 2,
+        floor(high_y / constants.dx) + 4,
     )
 
 
 @compiled
-def particles_to_grid(particles, nodes, laws, spline, dt):
+def particles_to_grid(particles, nodes, constants, spline, dt):
     """Add mass, momentum with its affine part, and the impulse of stress and external force."""
-    inverse_dx = 1.0 / laws.dx
+    inverse_dx = 1.0 / constants.dx
     for p in range(len(particles.mass)):
         base_x, offset_x, wx, gx = spline(particles.position[p, 0] * inverse_dx)
         base_y, offset_y, wy, gy = spline(particles.position[p, 1] * inverse_dx)
@@ -191,7 +191,7 @@ def particles_to_grid(particles, nodes, laws, spline, dt):
         vx = particles.velocity[p, 0] + dt * particles.force[p, 0]
         vy = particles.velocity[p, 1] + dt * particles.force[p, 1]
         # Change of momentum from one node to the next: m B D^-1 dx.
-        scale = m * inverse_dx / laws.inertia
+        scale = m * inverse_dx / constants.inertia
         a_xx, a_xy = particles.affine[p, 0, 0] * scale, particles.affine[p, 0, 1] * scale
         a_yx, a_yy = particles.affine[p, 1, 0] * scale, particles.affine[p, 1, 1] * scale
         weight = dt * particles.volume[p]
@@ -212,7 +212,7 @@ def particles_to_grid(particles, nodes, laws, spline, dt):
 
 
 @compiled
-def node_velocities(nodes, laws, box, dt, gravity):
+def node_velocities(nodes, constants, box, dt, gravity):
     """Velocity from momentum, gravity, and contact of the nodes: at rest inside the floor, friction just above."""
     for x in range(box[0], box[1]):
         for y in range(box[2], box[3]):
@@ -221,8 +221,8 @@ def node_velocities(nodes, laws, box, dt, gravity):
                 vx, vy = nodes.sums[x, y, 1] / m, nodes.sums[x, y, 2] / m - dt * gravity
                 if nodes.distance[x, y] <= 0.0:
                     vx, vy = 0.0, 0.0
-                elif nodes.distance[x, y] < laws.dx:
-                    vx, vy = slide(vx, vy, nodes.normal[x, y, 0], nodes.normal[x, y, 1], laws.friction)
+                elif nodes.distance[x, y] < constants.dx:
+                    vx, vy = slide(vx, vy, nodes.normal[x, y, 0], nodes.normal[x, y, 1], constants.friction)
                 nodes.velocity[x, y, 0], nodes.velocity[x, y, 1] = vx, vy
 
 
@@ -238,9 +238,9 @@ def slide(vx, vy, nx, ny, friction):
 
 
 @compiled
-def grid_to_particles(particles, nodes, laws, spline, dt):
+def grid_to_particles(particles, nodes, constants, spline, dt):
     """Velocity, affine motion, trial F_E and position from the nodes.  Returns the largest speed squared."""
-    inverse_dx = 1.0 / laws.dx
+    inverse_dx = 1.0 / constants.dx
     top_speed2 = 0.0
     for p in range(len(particles.mass)):
         base_x, offset_x, wx, gx = spline(particles.position[p, 0] * inverse_dx)
@@ -275,15 +275,15 @@ def grid_to_particles(particles, nodes, laws, spline, dt):
         particles.F_E[p, 0, 1] = b + dt * (l_xx * b + l_xy * d)
         particles.F_E[p, 1, 0] = c + dt * (l_yx * a + l_yy * c)
         particles.F_E[p, 1, 1] = d + dt * (l_yx * b + l_yy * d)
-        particles.affine[p, 0, 0], particles.affine[p, 0, 1] = b_xx * laws.dx, b_xy * laws.dx
-        particles.affine[p, 1, 0], particles.affine[p, 1, 1] = b_yx * laws.dx, b_yy * laws.dx
+        particles.affine[p, 0, 0], particles.affine[p, 0, 1] = b_xx * constants.dx, b_xy * constants.dx
+        particles.affine[p, 1, 0], particles.affine[p, 1, 1] = b_yx * constants.dx, b_yy * constants.dx
 
         x, y = particles.position[p, 0], particles.position[p, 1]
-        if near_floor(x, y, nodes, laws.dx):
-            distance, nx, ny = floor_at(x, y, nodes, laws.dx)
-            if distance <= TOUCH * laws.dx:
-                vx, vy = slide(vx, vy, nx, ny, laws.friction)
-            distance, nx, ny = floor_at(x + dt * vx, y + dt * vy, nodes, laws.dx)
+        if near_floor(x, y, nodes, constants.dx):
+            distance, nx, ny = floor_at(x, y, nodes, constants.dx)
+            if distance <= TOUCH * constants.dx:
+                vx, vy = slide(vx, vy, nx, ny, constants.friction)
+            distance, nx, ny = floor_at(x + dt * vx, y + dt * vy, nodes, constants.dx)
             if distance < 0.0:  # back to the surface
                 x -= distance * nx
                 y -= distance * ny
@@ -328,20 +328,22 @@ class NumbaSolver:
 
     def __init__(self, start, spline: str):
         """Take over the start of a ``snow.Snow``."""
-        count, size, laws = len(start.particles["mass"]), start.distance.shape, start.laws
+        count, size, constants = len(start.particles["mass"]), start.distance.shape, start.constants
         state = {**start.particles, "tau": np.zeros((count, 3))}
         self.particles = Particles(*(state[name].copy() for name in Particles._fields))
         self.nodes = Nodes(np.zeros((*size, 3)), np.zeros((*size, 2)), start.distance, start.normal)
-        stretches = (laws.lowest_stretch, laws.highest_stretch)
-        bounds = (*stretches, *laws.hardening_exponent, *laws.plastic_volume)
-        self.laws = Laws(laws.dx, laws.inertia, laws.cfl, laws.frame_time, *bounds, laws.friction)
+        stretches = (constants.lowest_stretch, constants.highest_stretch)
+        bounds = (*stretches, *constants.hardening_exponent, *constants.plastic_volume)
+        self.constants = Constants(
+            constants.dx, constants.inertia, constants.cfl, constants.frame_time, *bounds, constants.friction
+        )
         self.spline = SPLINES[spline]
         self.top_speed2 = 0.0
 
     def advance_frame(self, gravity: float) -> int:
         """Advance one frame; returns its substeps."""
         status, substeps, self.top_speed2 = advance_frame(
-            self.particles, self.nodes, self.laws, self.spline, gravity, self.top_speed2
+            self.particles, self.nodes, self.constants, self.spline, gravity, self.top_speed2
         )
         if status != RUNNING:
             raise RuntimeError("a particle left the grid" if status == LEFT_GRID else "a strain is inverted")

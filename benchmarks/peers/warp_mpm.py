@@ -284,7 +284,7 @@ class WarpSolver:
     def __init__(self, start, spline: str, real: type = wp.float64):
         """Take over the start of a ``snow.Snow``; ``real``: the type of all numbers."""
         self.stages = make_stages(spline, real)
-        self.laws, self.real, self.count = start.laws, real, len(start.particles["mass"])
+        self.constants, self.real, self.count = start.constants, real, len(start.particles["mass"])
         vec2, vec3, mat22 = make_types(real)
         dtypes = {0: real, 1: vec2, 2: mat22}
         self.state = {
@@ -298,9 +298,9 @@ class WarpSolver:
         self.sums = wp.zeros(self.size, dtype=vec3, device="cpu")
         self.node_velocity = wp.zeros(self.size, dtype=vec2, device="cpu")
         self.bounds = (
-            vec2(self.laws.lowest_stretch, self.laws.highest_stretch),
-            vec2(*self.laws.hardening_exponent),
-            vec2(*self.laws.plastic_volume),
+            vec2(self.constants.lowest_stretch, self.constants.highest_stretch),
+            vec2(*self.constants.hardening_exponent),
+            vec2(*self.constants.plastic_volume),
         )
 
     def _launch(self, kernel: wp.Kernel, dim, names: str, *rest) -> None:
@@ -308,19 +308,19 @@ class WarpSolver:
 
     def advance_frame(self, gravity: float, substeps: int) -> None:
         """Advance one frame in equal substeps."""
-        laws, stages = self.laws, self.stages
-        dt = laws.frame_time / substeps
+        constants, stages = self.constants, self.stages
+        dt = constants.frame_time / substeps
         floor = (self.distance, self.normal)
         for _ in range(substeps):
             self._launch(stages.stress, self.count, "F_E J_P tau mu lam hardening", *self.bounds)
             self.sums.zero_()
-            scales = (1.0 / laws.dx, laws.inertia, dt)
+            scales = (1.0 / constants.dx, constants.inertia, dt)
             transferred = "position velocity affine tau force mass volume"
             self._launch(stages.particles_to_grid, self.count, transferred, self.sums, *scales)
-            node_laws = (laws.dx, dt, gravity, laws.friction)
+            node_laws = (constants.dx, dt, gravity, constants.friction)
             self._launch(stages.node_velocities, self.size, "", self.sums, self.node_velocity, *floor, *node_laws)
             moved = "position velocity affine F_E"
-            contact = (laws.dx, dt, laws.friction)
+            contact = (constants.dx, dt, constants.friction)
             self._launch(stages.grid_to_particles, self.count, moved, self.node_velocity, *floor, *contact)
 
     def read(self, name: str) -> np.ndarray:

@@ -70,7 +70,7 @@ def make_overrides(
         f"seed={','.join(map(str, range(seeds)))}",
         *(["solver.summation=in_order,fixed_point"] if twins else []),
         *([f"hydra.launcher.workers={workers}"] if workers else []),
-        record.store_override(store),
+        record.override_store(store),
         "rerun=[code,environment]",
     ]
 

@@ -14,8 +14,8 @@ from ..mpm import solver
 from ..mpm.ledger import WORKS
 from ..run import simulate
 from ..scene.build import build_scene
+from ..settings.base import Settings
 from ..settings.config import Config
-from ..settings.section import Section
 from ..simulation import Progress
 from .cases import SHORT, State, list_differences, order_by_start, read_state, simulate_to_end
 from .finding import OK, REGRESSED, Finding, check_bound
@@ -125,7 +125,7 @@ def check_free_fall() -> Finding:
 def check_spin() -> Finding:
     """Check that snow that turns freely keeps its angular momentum, with that of the affine motion."""
     config = compose((*SHORT, "pressure=0", "sintering=none", "loading.frames=20"))
-    rate, inertia = 0.5, solver.laws_of(config.case).inertia * config.case.dx**2
+    rate, inertia = 0.5, solver.make_constants(config.case).inertia * config.case.dx**2
     first, *_ = solver.frames(config.case, build_scene(config.case))
     saved = first.checkpoint()
     arm = saved["position"] - saved["position"].mean(axis=0)
@@ -160,7 +160,7 @@ def convert_units(config: Config) -> Config:
     stress, speed_up = MASS / LENGTH / TIME**2, LENGTH / TIME**2
     density = MASS / LENGTH**3
 
-    def scaled(section: Section, **factors: float) -> Section:
+    def scaled(section: Settings, **factors: float) -> Settings:
         """Return a section with some of its values multiplied by a factor each."""
         return section.model_copy(update={name: getattr(section, name) * by for name, by in factors.items()})
 

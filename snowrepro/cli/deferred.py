@@ -3,6 +3,9 @@
 A verb has its imports at the top of its file like any other.  But to show its help, to complete a word or to refuse an
 option nothing of Hydra, xarray or Taichi is needed, which take seconds.  So while a verb's file is imported, stand-ins
 take the places of the modules of this package that it imports.  Without that all would work likewise, but slowly.
+
+The standard library's LazyLoader would not do: its modules stay in sys.modules, and Taichi, which looks at the source
+of kernels by ``inspect``, touches all that are there, also in the middle of an import.
 """
 
 import sys

@@ -21,10 +21,10 @@ def plan_overrides(overrides: Sequence[str], multirun: bool, part: tuple[int, in
 def plan_sweep(words: Sequence[str], multirun: bool) -> Plan:
     """The plan of a sweep that is named, or described by overrides.  Raises ConfigError if it would have no runs."""
     store, others = split_store(words)
-    if others and others[0] in record.names(store):
-        return record.plan_of(others[0], store, others[1:])
+    if others and others[0] in record.list_sweeps(store):
+        return record.plan_remembered(others[0], store, others[1:])
     if others and "=" not in others[0]:
-        record.read(others[0], store)  # says which there are
+        record.read_record(others[0], store)  # says which there are
     plan = plan_overrides(words, multirun)
     if plan.experiment and not needs_runs(plan.runs):
         raise ConfigError(f"experiment '{plan.experiment.name}' has no runs")
@@ -35,7 +35,7 @@ def expand_name(name: str, overrides: Sequence[str], store: str) -> list[str]:
     """The overrides of a sweep by its name, or that of its experiment if it has one, and further overrides."""
     seeds, others = split_seeds(overrides)
     if name:
-        is_remembered = name in record.names(store)
-        others = [*(record.read(name, store).overrides if is_remembered else [f"experiment={name}"]), *others]
-    others.append(record.store_override(store))
+        is_remembered = name in record.list_sweeps(store)
+        others = [*(record.read_record(name, store).overrides if is_remembered else [f"experiment={name}"]), *others]
+    others.append(record.override_store(store))
     return with_seeds(others, seeds) if seeds is not None else others

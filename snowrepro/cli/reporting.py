@@ -13,7 +13,7 @@ from ..sweep.plan import Plan, make_plan
 
 def print_report(overrides: Sequence[str], store: str) -> None:
     """Write the report of an experiment, with every seed that it was asked for with, and print what it comes to."""
-    plan = make_plan(record.with_asked_seeds(overrides, store), multirun=True)
+    plan = make_plan(record.add_remembered_seeds(overrides, store), multirun=True)
     if plan.experiment is None:
         raise ConfigError("a report is of an experiment, for example experiment=fig5")
     require_drawable(plan.runs)

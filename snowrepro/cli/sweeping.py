@@ -38,7 +38,7 @@ def run_missing(plan: Plan, is_whole: bool = True) -> None:
     for line in describe_todo(plan, decided, expected):
         say(line)
     if is_whole:
-        record.write(plan)
+        record.write_record(plan)
     if decided.to_run:
         started = time.monotonic()
         launch(plan, [decision.planned for decision in decided.to_run], expected.memory_mb)

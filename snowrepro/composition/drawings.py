@@ -6,13 +6,13 @@ from typing import Any, Literal
 from pydantic import Field, ValidationError, model_validator
 
 from ..errors import ConfigError
-from ..settings.section import Section
+from ..settings.base import Settings
 from .messages import explain
 
 OUTLINED = ("shape", "floor")  # sections with an outline
 
 
-class Drawing(Section):
+class Drawing(Settings):
     """An outline that is read from an SVG path or an image."""
 
     kind: Literal["svg", "image"]

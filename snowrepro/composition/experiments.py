@@ -22,7 +22,7 @@ def read_experiments() -> dict[str, dict[str, Any]]:
     return {name: _read(path, path.stat().st_mtime_ns) for name, path in paths.items()}
 
 
-def in_order_of_the_paper() -> list[str]:
+def list_in_paper_order() -> list[str]:
     """The experiments that the report on the paper has, in its order."""
     orders = {name: section.get("order") for name, section in read_experiments().items()}
     placed = {name: float(order) for name, order in orders.items() if order is not None}
@@ -32,7 +32,7 @@ def in_order_of_the_paper() -> list[str]:
 def studies() -> dict[str, str]:
     """The experiments that make one choice of another otherwise at a time, in the paper's order, and that other."""
     experiments = read_experiments()
-    return {name: varied for name in in_order_of_the_paper() if (varied := experiments[name].get("varies"))}
+    return {name: varied for name in list_in_paper_order() if (varied := experiments[name].get("varies"))}
 
 
 def checked(use: str) -> list[str]:

@@ -86,7 +86,7 @@ def open_sweep(name: str | Path, store: str | Path = "runs") -> xr.Dataset:
     """
     if Path(name).suffix == ".nc":
         return _read_grid(Path(name))
-    return make_grid(collect_sweep(record.plan_of(str(name), store)))
+    return make_grid(collect_sweep(record.plan_remembered(str(name), store)))
 
 
 def _read_grid(path: Path) -> xr.Dataset:
@@ -104,13 +104,13 @@ def sweep_table(name: str, store: str | Path = "runs") -> pd.DataFrame:
     Coordinates as in ``open_sweep``, ``run_id``, ``state``, ``reason`` and the summary columns, NaN where there is
     no result.  Raises ConfigError where there is no such sweep.
     """
-    return collect_sweep(record.plan_of(name, store)).table
+    return collect_sweep(record.plan_remembered(name, store)).table
 
 
 def write_results(plan: Plan) -> Path:
     """Write results.csv and results.nc of a plan into the folder of its sweep, and return that folder."""
     sweep = collect_sweep(plan)
-    folder = record.folder_of(sweep.name, plan.runs[0].store)
+    folder = record.locate_sweep(sweep.name, plan.runs[0].store)
     write_tables(sweep, folder)
     return folder
 
@@ -148,7 +148,7 @@ def collect_sweep(plan: Plan) -> CollectedSweep:
     is_first = ~table.duplicated([*ALWAYS, *coordinates, "run_id"])
     units = {run.case.reading.length_unit for run in plan.runs}
     return CollectedSweep(
-        name=record.name_of(plan.overrides),
+        name=record.name_sweep(plan.overrides),
         overrides=tuple(o for o in plan.overrides if not o.startswith("store=")),
         table=pd.concat([table, _tabulate_summaries(columns, records)], axis=1)[is_first].reset_index(drop=True),
         runs=tuple(run for run, first in zip(plan.runs, is_first, strict=True) if first),

@@ -92,10 +92,10 @@ def describe_differences(a: str, b: str, store: str | Path = "runs") -> list[str
 
     Raises ConfigError where ``a`` and ``b`` are not of one kind, and StoreError where there is no such run.
     """
-    sweeps = [name for name in (a, b) if name in record.names(store)]
+    sweeps = [name for name in (a, b) if name in record.list_sweeps(store)]
     if len(sweeps) == 2:
         return describe_sweep_differences(
-            compare_sweeps(*(collect_sweep(record.plan_of(name, store)) for name in sweeps))
+            compare_sweeps(*(collect_sweep(record.plan_remembered(name, store)) for name in sweeps))
         )
     if sweeps:
         other = b if sweeps == [a] else a

@@ -8,8 +8,8 @@ from typing import Any
 
 import pandas as pd
 
+from ..settings.base import Settings
 from ..settings.case import Case
-from ..settings.section import Section
 from ..store.run import Run
 from ..store.states import PENDING, standing
 from . import claims
@@ -158,6 +158,6 @@ def _list_changes(run: Run, base: Run) -> dict[str, Any]:
 
 def _list_settings(case: Case) -> list[tuple[str, Any]]:
     """List key and value of all settings of a case but those of its cell: scene, sintering and pressure."""
-    sections = [(name, value) for name, value in case if isinstance(value, Section) and name not in CELL_SECTIONS]
+    sections = [(name, value) for name, value in case if isinstance(value, Settings) and name not in CELL_SECTIONS]
     values = [(f"{name}.{key}", value) for name, section in sections for key, value in section if key != "name"]
     return [*values, ("seed", case.seed)]

@@ -9,13 +9,13 @@ KINETIC, ELASTIC = TOTALS.index("kinetic_energy"), TOTALS.index("elastic_energy"
 
 
 @ti.kernel
-def fill_totals(particles: ti.template(), nodes: ti.template(), ledger: ti.template(), laws: ti.template()):
+def fill_totals(particles: ti.template(), nodes: ti.template(), ledger: ti.template(), constants: ti.template()):
     """Fill the ledger's TOTALS: the accounts that the substeps of a frame kept, and the energies at its end, in f64."""
     ti.loop_config(serialize=True)
     for _ in range(1):
         totals = ti.Vector.zero(ti.f64, ti.static(len(TOTALS)))  # keeps the digits of f64 in runs of either precision
         for p in range(particles.count):
-            totals[KINETIC] += steps.kinetic_energy(p, particles, laws)
+            totals[KINETIC] += steps.kinetic_energy(p, particles, constants)
             totals[ELASTIC] += steps.elastic_energy(p, particles)
             add_accounts(totals, p, particles.books)
         for i, j in ti.ndrange(nodes.size[0], nodes.size[1]):

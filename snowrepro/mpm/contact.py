@@ -22,34 +22,34 @@ def slide(velocity, normal, friction):
 
 
 @ti.func
-def node_velocity(velocity, distance, normal, laws: ti.template()):
+def node_velocity(velocity, distance, normal, constants: ti.template()):
     """Step 5: the node's velocity after contact; the floor acts up to one grid spacing above itself."""
     result = velocity
-    if ti.static(laws.stick_inside):
+    if ti.static(constants.stick_inside):
         if distance <= 0.0:
             result = ti.Vector([0.0, 0.0])
-        elif distance < laws.dx:
-            result = slide(velocity, normal, laws.friction)
+        elif distance < constants.dx:
+            result = slide(velocity, normal, constants.friction)
     else:
         if distance < 0.0:
-            result = slide(velocity, normal, laws.friction)
+            result = slide(velocity, normal, constants.friction)
     return result
 
 
 @ti.func
-def cell_of(position, nodes: ti.template(), laws: ti.template()):
+def cell_of(position, nodes: ti.template(), constants: ti.template()):
     """Lower left node of the cell around a point, kept on the grid: a diverging particle must not read beyond it."""
-    corner = ti.cast(position / laws.dx, ti.i32)  # places are positive, and floor would be a library call
+    corner = ti.cast(position / constants.dx, ti.i32)  # places are positive, and floor would be a library call
     for d in ti.static(range(2)):
         corner[d] = ti.max(0, ti.min(corner[d], nodes.size[d] - 2))
     return corner
 
 
 @ti.func
-def floor_at(position, nodes: ti.template(), laws: ti.template()):
+def floor_at(position, nodes: ti.template(), constants: ti.template()):
     """Signed distance and outward normal at a point, bilinear between the nodes."""
-    corner = cell_of(position, nodes, laws)
-    f = position / laws.dx - corner
+    corner = cell_of(position, nodes, constants)
+    f = position / constants.dx - corner
     distance = 0.0
     normal = ti.Vector([0.0, 0.0])
     for i, j in ti.static(ti.ndrange(2, 2)):
@@ -60,7 +60,7 @@ def floor_at(position, nodes: ti.template(), laws: ti.template()):
 
 
 @ti.func
-def near_floor(position, nodes: ti.template(), laws: ti.template()):
+def near_floor(position, nodes: ti.template(), constants: ti.template()):
     """Whether the floor can be within reach: a cheap look at one node."""
-    corner = cell_of(position, nodes, laws)
-    return nodes.distance[corner[0], corner[1]] < 2.0 * laws.dx
+    corner = cell_of(position, nodes, constants)
+    return nodes.distance[corner[0], corner[1]] < 2.0 * constants.dx

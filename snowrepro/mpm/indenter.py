@@ -12,7 +12,7 @@ import taichi as ti
 from ..errors import ConfigError
 from ..settings.case import Case
 from . import contact
-from .laws import Laws
+from .constants import Constants
 
 OPEN = -1e9  # height of a vice that holds nothing
 AWAY = 1e9  # height of a disc that touches nothing
@@ -91,10 +91,10 @@ def start_frame(indenter: Indenter, case: Case, place: Place, frame: int) -> Non
     indenter.set((place.x, end + speed * case.loading.frame_time), speed, place.vice)
 
 
-def force_of(indenter: Indenter, laws: Laws) -> float:
+def force_of(indenter: Indenter, constants: Constants) -> float:
     """Upward force on the disc, the mean over the frame, at unit depth out of the plane."""
     _add_up(indenter)
-    return -float(indenter.impulse[None][1]) / laws.frame_time
+    return -float(indenter.impulse[None][1]) / constants.frame_time
 
 
 @ti.kernel
@@ -117,33 +117,33 @@ def move(indenter: ti.template(), dt):
 
 
 @ti.func
-def against_disc(velocity, position, indenter: ti.template(), laws: ti.template()):
+def against_disc(velocity, position, indenter: ti.template(), constants: ti.template()):
     """Velocity of what is at ``position`` after contact: free outside the disc and where it leaves it."""
     result = velocity
     arm = position - indenter.centre[None]
     distance = arm.norm()
     if distance < indenter.radius:
         own = ti.Vector([0.0, -indenter.speed[None]])
-        result = own + contact.slide(velocity - own, arm / (distance + contact.TINY), laws.indenter_friction)
+        result = own + contact.slide(velocity - own, arm / (distance + contact.TINY), constants.indenter_friction)
     return result
 
 
 @ti.func
-def node_velocity(i, j, velocity, mass, indenter: ti.template(), laws: ti.template()):
+def node_velocity(i, j, velocity, mass, indenter: ti.template(), constants: ti.template()):
     """Step 5 behind the floor: rest in the vice, contact with the disc."""
     result = velocity
-    position = ti.Vector([i * laws.dx, j * laws.dx])
+    position = ti.Vector([i * constants.dx, j * constants.dx])
     if position[1] <= indenter.vice[None]:
         result = ti.Vector([0.0, 0.0])
     else:
-        result = against_disc(velocity, position, indenter, laws)
+        result = against_disc(velocity, position, indenter, constants)
         indenter.node_impulse[i, j] += mass * (result - velocity)
     return result
 
 
 @ti.func
-def particle_velocity(p, velocity, position, mass, indenter: ti.template(), laws: ti.template()):
+def particle_velocity(p, velocity, position, mass, indenter: ti.template(), constants: ti.template()):
     """Step 8: contact of particle p with the disc."""
-    result = against_disc(velocity, position, indenter, laws)
+    result = against_disc(velocity, position, indenter, constants)
     indenter.particle_impulse[p] += mass * (result - velocity)
     return result

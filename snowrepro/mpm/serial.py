@@ -14,7 +14,7 @@ def advance_frame(
     particles: ti.template(),
     nodes: ti.template(),
     ledger: ti.template(),
-    laws: ti.template(),
+    constants: ti.template(),
     gravity: float,
     damping: float,
     sinters: ti.i32,
@@ -26,40 +26,40 @@ def advance_frame(
     """
     ti.loop_config(serialize=True)
     for _ in range(1):
-        steps.begin_frame(ledger, laws)
+        steps.begin_frame(ledger, constants)
         for p in range(particles.count):
-            steps.clear_particle_accounts(p, particles, nodes, laws)
+            steps.clear_particle_accounts(p, particles, nodes, constants)
         for i, j in ti.ndrange(nodes.size[0], nodes.size[1]):
-            steps.clear_node_accounts(i, j, nodes, laws)
+            steps.clear_node_accounts(i, j, nodes, constants)
         under_way = True
         while under_way:
             for group in range(particles.lane_groups):  # behind the last substep too: what is stored has yielded
-                steps.update_stress(group, particles, laws)
+                steps.update_stress(group, particles, constants)
             under_way = steps.goes_on(ledger)
             if under_way:
-                survey(particles, nodes, ledger, laws)
-                steps.choose_time_step(ledger, laws)
+                survey(particles, nodes, ledger, constants)
+                steps.choose_time_step(ledger, constants)
                 under_way = ledger.status[None] == RUNNING
             if under_way:
-                advance_substep(particles, nodes, ledger, laws, gravity, damping, sinters)
+                advance_substep(particles, nodes, ledger, constants, gravity, damping, sinters)
         if ledger.status[None] == RUNNING:
             for p in range(particles.count):
-                particles.von_mises[p] = steps.von_mises(p, particles, laws)
+                particles.von_mises[p] = steps.von_mises(p, particles, constants)
 
 
 @ti.func
-def survey(particles: ti.template(), nodes: ti.template(), ledger: ti.template(), laws: ti.template()):
+def survey(particles: ti.template(), nodes: ti.template(), ledger: ti.template(), constants: ti.template()):
     """Find the first particle that is not sound, the fastest wave, and the nodes in use."""
     culprit = steps.NOBODY
     fastest = 0.0
     low = ti.Vector([steps.NOBODY, steps.NOBODY])
     high = ti.Vector([0, 0])
     for p in range(particles.count):
-        cell = steps.cell_of(p, particles, laws)
+        cell = steps.cell_of(p, particles, constants)
         low = ti.min(low, cell)
         high = ti.max(high, cell)
         fastest = ti.max(fastest, particles.wave_speed2[p])
-        if not steps.is_sound(p, particles, nodes, laws):
+        if not steps.is_sound(p, particles, nodes, constants):
             culprit = ti.min(culprit, p)
     ledger.particle[None] = culprit
     ledger.wave_speed2[None] = fastest
@@ -72,7 +72,7 @@ def advance_substep(
     particles: ti.template(),
     nodes: ti.template(),
     ledger: ti.template(),
-    laws: ti.template(),
+    constants: ti.template(),
     gravity,
     damping,
     sinters,
@@ -80,37 +80,37 @@ def advance_substep(
     """The nine steps, on the nodes in use; stresses are up to date."""
     dt, low, high = ledger.dt[None], ledger.low[None], ledger.high[None]
     for i, j in ti.ndrange((low[0], high[0]), (low[1], high[1])):
-        steps.clear(i, j, nodes, laws)
+        steps.clear(i, j, nodes, constants)
     for p in range(particles.count):
-        transfer.particles_to_grid(p, particles, nodes, laws, dt)  # steps 1 and 3
-    if sinters and (laws.every_substep or ledger.substeps[None] == 1):
+        transfer.particles_to_grid(p, particles, nodes, constants, dt)  # steps 1 and 3
+    if sinters and (constants.every_substep or ledger.substeps[None] == 1):
         for p in range(particles.count):
-            steps.sinter(p, particles, laws, dt)
+            steps.sinter(p, particles, constants, dt)
     for i, j in ti.ndrange((low[0], high[0]), (low[1], high[1])):
-        steps.step_4_and_5_node_velocity(i, j, nodes, laws, dt, gravity, damping)
+        steps.step_4_and_5_node_velocity(i, j, nodes, constants, dt, gravity, damping)
     top_speed2 = 0.0
     ended_inside = 0
     for p in range(particles.count):
-        speed2, inside = steps.step_6_to_9_particle(p, particles, nodes, laws, dt, gravity)
+        speed2, inside = steps.step_6_to_9_particle(p, particles, nodes, constants, dt, gravity)
         top_speed2 = ti.max(top_speed2, speed2)
         ended_inside += inside
-    if ti.static(laws.indents):
+    if ti.static(constants.indents):
         indenter.move(nodes.indenter, dt)
     ledger.top_speed2[None] = top_speed2
     ledger.ended_inside[None] += ended_inside
 
 
 @ti.kernel
-def step_2_volume(particles: ti.template(), nodes: ti.template(), laws: ti.template()):
+def step_2_volume(particles: ti.template(), nodes: ti.template(), constants: ti.template()):
     """Step 2, at the first substep only: particle density on the grid and from it the volume (Stomakhin)."""
     ti.loop_config(serialize=True)
     for _ in range(1):
         for i, j in ti.ndrange(nodes.size[0], nodes.size[1]):
-            steps.clear(i, j, nodes, laws)
+            steps.clear(i, j, nodes, constants)
         for p in range(particles.count):
-            transfer.particles_to_grid(p, particles, nodes, laws, 0.0)
+            transfer.particles_to_grid(p, particles, nodes, constants, 0.0)
         for i, j in ti.ndrange(nodes.size[0], nodes.size[1]):
-            transfer.collect(i, j, nodes, laws)
+            transfer.collect(i, j, nodes, constants)
         for p in range(particles.count):
-            density = transfer.grid_mass_at(p, particles, nodes, laws) / laws.dx**2
+            density = transfer.grid_mass_at(p, particles, nodes, constants) / constants.dx**2
             particles.volume[p] = particles.mass[p] / density

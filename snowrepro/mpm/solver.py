@@ -13,8 +13,8 @@ from ..scene.build import Scene
 from ..scene.press import SHELL_CELLS, external_force
 from ..settings.case import Case, Solver
 from . import accounts, parallel, serial, state
+from .constants import Constants, make_constants
 from .indenter import Indenter, Place, depth_at, find_place, force_of, start_frame
-from .laws import Laws, laws_of
 from .ledger import TOTALS
 
 
@@ -86,15 +86,15 @@ def advance_frame(
     particles: state.Particles,
     nodes: state.Nodes,
     ledger: state.Ledger,
-    laws: Laws,
+    constants: Constants,
     gravity: float,
     damping: float,
     sinters: bool,
 ) -> None:
     """Advance one frame with the driver that the summation asks for; see ``serial.advance_frame``."""
-    driver = serial if laws.summation == "in_order" else parallel
-    driver.advance_frame(particles, nodes, ledger, laws, gravity, damping, int(sinters))
-    accounts.fill_totals(particles, nodes, ledger, laws)
+    driver = serial if constants.summation == "in_order" else parallel
+    driver.advance_frame(particles, nodes, ledger, constants, gravity, damping, int(sinters))
+    accounts.fill_totals(particles, nodes, ledger, constants)
 
 
 def frames(
@@ -106,14 +106,14 @@ def frames(
     Raises Diverged with cause, particle, frame and time when the run stops being a simulation.
     """
     start_taichi(case.solver, threads)
-    laws = laws_of(case)
-    particles, nodes, ledger = allocate(case, scene, laws)
+    constants = make_constants(case)
+    particles, nodes, ledger = allocate(case, scene, constants)
     loading = case.loading
     pressed = case.sintering.enabled or case.reading.unsintered == "pressed"
 
     first, place = 1, None
     if resume is None:
-        yield frame_of(0, particles, ledger, _test_at(0, case, nodes, laws, place))
+        yield frame_of(0, particles, ledger, _test_at(0, case, nodes, constants, place))
     else:
         for quantity in state.PARTICLE_STATE:
             particles.write(quantity.name, resume[quantity.name])
@@ -133,34 +133,36 @@ def frames(
             particles,
             nodes,
             ledger,
-            laws,
+            constants,
             gravity=case.gravity_in(number),
             damping=case.damping_in(number),
             sinters=pressing and case.sintering.enabled,
         )
-        _check(ledger, particles, laws, number)
+        _check(ledger, particles, constants, number)
         _check_volume(particles, case, number)
-        yield frame_of(number, particles, ledger, _test_at(number, case, nodes, laws, place))
+        yield frame_of(number, particles, ledger, _test_at(number, case, nodes, constants, place))
 
 
-def _test_at(number: int, case: Case, nodes: state.Nodes, laws: Laws, place: Place | None) -> Indentation | None:
+def _test_at(
+    number: int, case: Case, nodes: state.Nodes, constants: Constants, place: Place | None
+) -> Indentation | None:
     """What the indenter shows at the end of a frame."""
     if nodes.indenter is None:
         return None
-    return Indentation(place, depth_at(case, number), force_of(nodes.indenter, laws))
+    return Indentation(place, depth_at(case, number), force_of(nodes.indenter, constants))
 
 
-def allocate(case: Case, scene: Scene, laws: Laws) -> tuple[state.Particles, state.Nodes, state.Ledger]:
+def allocate(case: Case, scene: Scene, constants: Constants) -> tuple[state.Particles, state.Nodes, state.Ledger]:
     """Particles and nodes of the scene at frame 0, undeformed and at rest."""
     particles = state.Particles(len(scene.positions))
     particles.start(scene, case.material)
-    nodes = state.Nodes(scene.node_distance, scene.node_normal, laws.summation == "fixed_point")
+    nodes = state.Nodes(scene.node_distance, scene.node_normal, constants.summation == "fixed_point")
     ledger = state.Ledger()
     if case.indenter:
         radius = case.indenter.radius * case.reading.cell
         nodes.indenter = Indenter(radius, nodes.size, particles.count)
     if case.reading.initial_volume == "grid_density":
-        serial.step_2_volume(particles, nodes, laws)
+        serial.step_2_volume(particles, nodes, constants)
     return particles, nodes, ledger
 
 
@@ -187,17 +189,17 @@ def _pressing_force(case: Case, scene: Scene, positions: np.ndarray, frame: int)
     )
 
 
-def _check(ledger: state.Ledger, particles: state.Particles, laws: Laws, frame: int) -> None:
+def _check(ledger: state.Ledger, particles: state.Particles, constants: Constants, frame: int) -> None:
     """Raise Diverged if the frame did not end well."""
     status = ledger.status[None]
     if status == state.RUNNING:
         return
-    time = (frame - 1) * laws.frame_time + ledger.elapsed[None]
+    time = (frame - 1) * constants.frame_time + ledger.elapsed[None]
     where = f"in frame {frame} at t = {time:.4g} s"
     if status == state.TOO_MANY_SUBSTEPS:
         raise Diverged(
             f"diverged {where}: the time step fell to {ledger.smallest_step[None]:.2g} s, "
-            f"which needs more than {laws.max_substeps} substeps a frame",
+            f"which needs more than {constants.max_substeps} substeps a frame",
             frame,
         )
     p = ledger.particle[None]

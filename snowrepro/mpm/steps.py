@@ -14,7 +14,7 @@ NOBODY = 2**31 - 1
 
 
 @ti.func
-def begin_frame(ledger: ti.template(), laws: ti.template()):
+def begin_frame(ledger: ti.template(), constants: ti.template()):
     """Nothing has happened yet."""
     ledger.status[None] = RUNNING
     ledger.particle[None] = NOBODY
@@ -22,24 +22,24 @@ def begin_frame(ledger: ti.template(), laws: ti.template()):
     ledger.ended_inside[None] = 0
     ledger.elapsed[None] = 0.0
     ledger.under_way[None] = 1
-    ledger.smallest_step[None] = laws.frame_time
+    ledger.smallest_step[None] = constants.frame_time
 
 
 @ti.func
-def clear_particle_accounts(p, particles: ti.template(), nodes: ti.template(), laws: ti.template()):
+def clear_particle_accounts(p, particles: ti.template(), nodes: ti.template(), constants: ti.template()):
     """Set the accounts of particle p to zero, as a frame begins."""
     for book in ti.static(particles.books):
         book.field[p] = 0.0
-    if ti.static(laws.indents):
+    if ti.static(constants.indents):
         nodes.indenter.particle_impulse[p] = ti.Vector([0.0, 0.0])
 
 
 @ti.func
-def clear_node_accounts(i, j, nodes: ti.template(), laws: ti.template()):
+def clear_node_accounts(i, j, nodes: ti.template(), constants: ti.template()):
     """Set the accounts of a node to zero, as a frame begins."""
     for book in ti.static(nodes.books):
         book.field[i, j] = 0.0
-    if ti.static(laws.indents):
+    if ti.static(constants.indents):
         nodes.indenter.node_impulse[i, j] = ti.Vector([0.0, 0.0])
 
 
@@ -50,7 +50,7 @@ def goes_on(ledger: ti.template()):
 
 
 @ti.func
-def update_stress(group, particles: ti.template(), laws: ti.template()):
+def update_stress(group, particles: ti.template(), constants: ti.template()):
     """Clamp the trial F_E that step 6 left, harden (Eq. 1), and store the stress that step 3 needs.
 
     Straight-line arithmetic over LANES particles into local arrays, which the compiler vectorises; writing
@@ -65,14 +65,17 @@ def update_stress(group, particles: ti.template(), laws: ti.template()):
         p = group * LANES + k
         trial = particles.F_E[p]
         R = elasticity.polar_rotation(trial)
-        F_E, ratio = plasticity.clamp_stretches(trial, R, laws.lowest_stretch, laws.highest_stretch)
+        F_E, ratio = plasticity.clamp_stretches(trial, R, constants.lowest_stretch, constants.highest_stretch)
         F00[k], F01[k], F10[k], F11[k] = F_E[0, 0], F_E[0, 1], F_E[1, 0], F_E[1, 1]
         cos[k], sin[k] = R[0, 0], R[1, 0]
         positive[k] = ti.select(trial.determinant() > 0.0, 1.0, -1.0)
-        J_P[k] = elasticity.clamp(particles.J_P[p] * ratio, laws.plastic_volume[0], laws.plastic_volume[1])
+        J_P[k] = elasticity.clamp(particles.J_P[p] * ratio, constants.plastic_volume[0], constants.plastic_volume[1])
     for k in range(LANES):
         factor[k] = elasticity.hardening_factor(
-            particles.hardening[group * LANES + k], J_P[k], laws.hardening_exponent[0], laws.hardening_exponent[1]
+            particles.hardening[group * LANES + k],
+            J_P[k],
+            constants.hardening_exponent[0],
+            constants.hardening_exponent[1],
         )
     for k in range(LANES):
         p = group * LANES + k
@@ -106,7 +109,7 @@ def lanes():
 
 
 @ti.func
-def is_sound(p, particles: ti.template(), nodes: ti.template(), laws: ti.template()):
+def is_sound(p, particles: ti.template(), nodes: ti.template(), constants: ti.template()):
     """Whether particle p is on the grid, with a finite strain that is not inverted and nu below 0.5.
 
     Comparisons are written so that NaN fails them.
@@ -114,19 +117,19 @@ def is_sound(p, particles: ti.template(), nodes: ti.template(), laws: ti.templat
     sound = particles.wave_speed2[p] > 0.0 and particles.wave_speed2[p] < HUGE and particles.poisson[p] < 0.5
     for d in ti.static(range(2)):
         place = particles.position[p][d]
-        sound = sound and place > 2.0 * laws.dx and place < (nodes.size[d] - 3) * laws.dx
+        sound = sound and place > 2.0 * constants.dx and place < (nodes.size[d] - 3) * constants.dx
     return sound
 
 
 @ti.func
-def cell_of(p, particles: ti.template(), laws: ti.template()):
+def cell_of(p, particles: ti.template(), constants: ti.template()):
     """Lower left node of the cell that particle p is in; for one that is lost, of one on the grid."""
     position = particles.position[p]
-    return ti.cast(ti.math.clamp(position / laws.dx, 0.0, 1e6), ti.i32)
+    return ti.cast(ti.math.clamp(position / constants.dx, 0.0, 1e6), ti.i32)
 
 
 @ti.func
-def choose_time_step(ledger: ti.template(), laws: ti.template()):
+def choose_time_step(ledger: ti.template(), constants: ti.template()):
     """Length of the substep that begins, from the stiffness as hardened and sintered and the fastest particle.
 
     Equal substeps up to the end of the frame, none of them a sliver.  The survey has to be there.
@@ -134,9 +137,9 @@ def choose_time_step(ledger: ti.template(), laws: ti.template()):
     if ledger.particle[None] != NOBODY:
         ledger.status[None] = UNSOUND_PARTICLE
     else:
-        remaining = laws.frame_time - ledger.elapsed[None]
-        longest = laws.cfl * laws.dx / (ti.sqrt(ledger.wave_speed2[None]) + ti.sqrt(ledger.top_speed2[None]))
-        if remaining / longest > laws.max_substeps - ledger.substeps[None]:
+        remaining = constants.frame_time - ledger.elapsed[None]
+        longest = constants.cfl * constants.dx / (ti.sqrt(ledger.wave_speed2[None]) + ti.sqrt(ledger.top_speed2[None]))
+        if remaining / longest > constants.max_substeps - ledger.substeps[None]:
             ledger.status[None] = TOO_MANY_SUBSTEPS
         else:
             count = ti.max(1.0, ti.ceil(remaining / longest))
@@ -145,15 +148,15 @@ def choose_time_step(ledger: ti.template(), laws: ti.template()):
             ledger.substeps[None] += 1
             ledger.elapsed[None] += ledger.dt[None]
             if count < 1.5:
-                ledger.elapsed[None] = laws.frame_time
+                ledger.elapsed[None] = constants.frame_time
                 ledger.under_way[None] = 0
 
 
 @ti.func
-def clear(i, j, nodes: ti.template(), laws: ti.template()):
+def clear(i, j, nodes: ti.template(), constants: ti.template()):
     """Empty a node."""
     zero = ti.Vector([0.0, 0.0])
-    if ti.static(laws.summation == "fixed_point"):
+    if ti.static(constants.summation == "fixed_point"):
         nodes.fixed_mass[i, j] = 0
         nodes.fixed_momentum[i, j] = ti.cast(zero, ti.i64)
         nodes.fixed_old_momentum[i, j] = ti.cast(zero, ti.i64)
@@ -164,11 +167,11 @@ def clear(i, j, nodes: ti.template(), laws: ti.template()):
 
 
 @ti.func
-def von_mises(p, particles: ti.template(), laws: ti.template()):
+def von_mises(p, particles: ti.template(), constants: ti.template()):
     """Eqs. 3 to 5 at particle p, with the moduli as hardened."""
     h = particles.factor[p]
     return elasticity.von_mises_stress(
-        particles.F_E[p], particles.J_P[p], h * particles.mu[p], h * particles.lam[p], laws.plane_strain
+        particles.F_E[p], particles.J_P[p], h * particles.mu[p], h * particles.lam[p], constants.plane_strain
     )
 
 
@@ -182,61 +185,63 @@ def elastic_energy(p, particles: ti.template()):
 
 
 @ti.func
-def kinetic_energy(p, particles: ti.template(), laws: ti.template()):
+def kinetic_energy(p, particles: ti.template(), constants: ti.template()):
     """Kinetic energy of particle p with that of its affine motion: m/2 (|v|^2 + |B|^2 / D)."""
     own = particles.velocity[p].norm_sqr()
-    affine = particles.affine[p].norm_sqr() / (laws.inertia * laws.dx**2)
+    affine = particles.affine[p].norm_sqr() / (constants.inertia * constants.dx**2)
     return 0.5 * particles.mass[p] * (own + affine)
 
 
 @ti.func
-def sinter(p, particles: ti.template(), laws: ti.template(), dt):
+def sinter(p, particles: ti.template(), constants: ti.template(), dt):
     """Secs. 3.1 to 3.3: density, elasticity and plasticity of particle p after one update.
 
     An update stands for the substep, or for the whole frame where the reading updates once a frame.
     """
-    time_step = dt if ti.static(laws.every_substep) else laws.frame_time
-    weight = time_step / laws.frame_time if ti.static(laws.hardening_per_time) else 1.0
+    time_step = dt if ti.static(constants.every_substep) else constants.frame_time
+    weight = time_step / constants.frame_time if ti.static(constants.hardening_per_time) else 1.0
     energy = elastic_energy(p, particles)
-    sigma_m = von_mises(p, particles, laws)
-    b_norm = particles.force[p].norm() * laws.force_weight
+    sigma_m = von_mises(p, particles, constants)
+    b_norm = particles.force[p].norm() * constants.force_weight
     rho = particles.density[p]
-    rho_r = sintering.relative_density(rho, laws.rho_max)
+    rho_r = sintering.relative_density(rho, constants.rho_max)
 
-    new_rho = ti.min(sintering.density(rho, sigma_m, rho_r, b_norm, time_step, laws.C1, laws.C2), laws.rho_max)
+    new_rho = ti.min(
+        sintering.density(rho, sigma_m, rho_r, b_norm, time_step, constants.C1, constants.C2), constants.rho_max
+    )
     particles.density[p] = new_rho
-    particles.young[p] = sintering.youngs_modulus(rho_r, laws.E_max, laws.C3)
-    particles.poisson[p] = ti.min(sintering.poissons_ratio(rho_r, laws.nu_max), laws.poisson_cap)
+    particles.young[p] = sintering.youngs_modulus(rho_r, constants.E_max, constants.C3)
+    particles.poisson[p] = ti.min(sintering.poissons_ratio(rho_r, constants.nu_max), constants.poisson_cap)
     particles.hardening[p] = sintering.hardening_coefficient(
-        particles.hardening[p], sigma_m, b_norm, weight, laws.C4, laws.C5
+        particles.hardening[p], sigma_m, b_norm, weight, constants.C4, constants.C5
     )
     particles.mu[p], particles.lam[p] = elasticity.lame_parameters(particles.young[p], particles.poisson[p])
-    if ti.static(laws.volume_follows_density):
+    if ti.static(constants.volume_follows_density):
         particles.volume[p] = particles.volume[p] * rho / new_rho
     particles.factor[p] = elasticity.hardening_factor(
-        particles.hardening[p], particles.J_P[p], laws.hardening_exponent[0], laws.hardening_exponent[1]
+        particles.hardening[p], particles.J_P[p], constants.hardening_exponent[0], constants.hardening_exponent[1]
     )
     particles.sintering_work[p] += elastic_energy(p, particles) - energy
 
 
 @ti.func
-def step_4_and_5_node_velocity(i, j, nodes: ti.template(), laws: ti.template(), dt, gravity, damping):
+def step_4_and_5_node_velocity(i, j, nodes: ti.template(), constants: ti.template(), dt, gravity, damping):
     """Step 4: velocity from momentum, gravity and damping.  Step 5: collision of the node with the floor.
 
     An impulse does its work at the mean of the velocities before and after the substep.
     """
-    transfer.collect(i, j, nodes, laws)
+    transfer.collect(i, j, nodes, constants)
     mass = nodes.mass[i, j]
     if mass > 0.0:
         pushed = nodes.momentum[i, j] / mass
         pushed[1] -= dt * gravity
         damped = pushed * (1.0 / (1.0 + dt * damping))
-        new = contact.node_velocity(damped, nodes.distance[i, j], nodes.normal[i, j], laws)
-        if ti.static(laws.indents):
-            new = indenter.node_velocity(i, j, new, mass, nodes.indenter, laws)
+        new = contact.node_velocity(damped, nodes.distance[i, j], nodes.normal[i, j], constants)
+        if ti.static(constants.indents):
+            new = indenter.node_velocity(i, j, new, mass, nodes.indenter, constants)
         old = nodes.old_momentum[i, j] / mass
         nodes.velocity[i, j] = new
-        if ti.static(laws.transfer == "pic_flip"):
+        if ti.static(constants.transfer == "pic_flip"):
             nodes.old_velocity[i, j] = old
         mean = 0.5 * mass * (old + new)
         nodes.kinetic_work[i, j] += mean.dot(new - old)
@@ -246,32 +251,32 @@ def step_4_and_5_node_velocity(i, j, nodes: ti.template(), laws: ti.template(), 
 
 
 @ti.func
-def step_6_to_9_particle(p, particles: ti.template(), nodes: ti.template(), laws: ti.template(), dt, gravity):
+def step_6_to_9_particle(p, particles: ti.template(), nodes: ti.template(), constants: ti.template(), dt, gravity):
     """Step 6: trial deformation.  Step 7: velocity.  Step 8: collision.  Step 9: position.
 
     Returns the particle's speed squared, and 1 if it ended inside the floor, else 0.
     """
-    velocity, gradient, affine = transfer.grid_to_particle(p, particles, nodes, laws)
+    velocity, gradient, affine = transfer.grid_to_particle(p, particles, nodes, constants)
     particles.F_E[p] = particles.F_E[p] + dt * (gradient @ particles.F_E[p])  # step 6; clamped in update_stress
     position = particles.position[p]
     mass, force = particles.mass[p], particles.force[p]
     inside = 0
-    if ti.static(laws.indents):
+    if ti.static(constants.indents):
         free = velocity
-        velocity = indenter.particle_velocity(p, free, position, mass, nodes.indenter, laws)
+        velocity = indenter.particle_velocity(p, free, position, mass, nodes.indenter, constants)
         particles.sliding_work[p] += 0.5 * mass * (velocity.norm_sqr() - free.norm_sqr())
         particles.sliding_impulse[p] += mass * (velocity - free)
-    if contact.near_floor(position, nodes, laws):
-        distance, normal = contact.floor_at(position, nodes, laws)
-        if distance <= laws.touch:
+    if contact.near_floor(position, nodes, constants):
+        distance, normal = contact.floor_at(position, nodes, constants)
+        if distance <= constants.touch:
             free = velocity
-            velocity = contact.slide(free, normal, laws.friction)  # step 8
+            velocity = contact.slide(free, normal, constants.friction)  # step 8
             particles.sliding_work[p] += 0.5 * mass * (velocity.norm_sqr() - free.norm_sqr())
             particles.sliding_impulse[p] += mass * (velocity - free)
-        distance, normal = contact.floor_at(position + dt * velocity, nodes, laws)
+        distance, normal = contact.floor_at(position + dt * velocity, nodes, constants)
         if distance < 0.0:
             inside = 1
-            if ti.static(laws.moves_out):
+            if ti.static(constants.moves_out):
                 position -= distance * normal
                 particles.lifting_work[p] -= mass * gravity * distance * normal[1]
     particles.pressing_work[p] += dt * mass * force.dot(velocity)

@@ -1,10 +1,10 @@
 """Steps 1, 3 and 7: particles to grid and back, as sums that are separable over the two axes.
 
 The weight of node (i, j) is w_i(x) w_j(y).  A particle's momentum, affine motion and stress reach
-each node through a few per-axis products that are formed once a column.  Three ways (``laws.transfer``):
+each node through a few per-axis products that are formed once a column.  Three ways (``constants.transfer``):
 
 apic      affine particle-in-cell (Jiang et al. 2015), forces by the gradients of the weights
-pic_flip  Stomakhin et al. 2013: particles keep ``laws.flip`` of their velocity and gain the nodes' change
+pic_flip  Stomakhin et al. 2013: particles keep ``constants.flip`` of their velocity and gain the nodes' change
 mls       moving least squares (Hu et al. 2018): APIC whose forces and velocity gradient are affine fits
 """
 
@@ -14,114 +14,114 @@ from . import splines
 
 
 @ti.func
-def add(sums: ti.template(), fixed_sums: ti.template(), node, value, quantum: ti.template(), laws: ti.template()):
-    """Add ``value`` to the sum of a node, in the way that ``laws.summation`` says.
+def add(sums: ti.template(), fixed_sums: ti.template(), node, value, quantum: ti.template(), constants: ti.template()):
+    """Add ``value`` to the sum of a node, in the way that ``constants.summation`` says.
 
     Plain sums need one thread and keep one order; fixed-point sums do not depend on the order.
     """
-    if ti.static(laws.summation == "in_order"):
+    if ti.static(constants.summation == "in_order"):
         sums[node] = sums[node] + value
-    elif ti.static(laws.summation == "fixed_point"):
+    elif ti.static(constants.summation == "fixed_point"):
         ti.atomic_add(fixed_sums[node], ti.round(value * ti.static(1.0 / quantum), ti.i64))
     else:
         ti.atomic_add(sums[node], value)
 
 
 @ti.func
-def particles_to_grid(p, particles: ti.template(), nodes: ti.template(), laws: ti.template(), dt):
+def particles_to_grid(p, particles: ti.template(), nodes: ti.template(), constants: ti.template(), dt):
     """Add particle p's mass (step 1), momentum (step 1) and dt x force (step 3, and b) to its nodes.
 
     momentum_i += w_i m (v + B D^-1 (x_i - x_p) + dt b) - dt V tau grad w_i, where mls has
     w_i D^-1 (x_i - x_p) in place of grad w_i.  ``old_momentum`` is the same without forces.
     """
-    inverse_dx = 1.0 / laws.dx
-    base, offset = splines.stencil(particles.position[p] * inverse_dx, laws.spline)
-    wx = splines.weights(offset[0], laws.spline)
-    wy = splines.weights(offset[1], laws.spline)
-    gx = splines.gradients(offset[0], laws.spline) * inverse_dx
-    gy = splines.gradients(offset[1], laws.spline) * inverse_dx
+    inverse_dx = 1.0 / constants.dx
+    base, offset = splines.stencil(particles.position[p] * inverse_dx, constants.spline)
+    wx = splines.weights(offset[0], constants.spline)
+    wy = splines.weights(offset[1], constants.spline)
+    gx = splines.gradients(offset[0], constants.spline) * inverse_dx
+    gy = splines.gradients(offset[1], constants.spline) * inverse_dx
 
     m = particles.mass[p]
     old_velocity = particles.velocity[p]
     velocity = old_velocity + dt * particles.force[p]
     # Columns of m B D^-1 dx: the change of momentum from one node to the next along x and along y.
-    affine = particles.affine[p] * (m * inverse_dx / laws.inertia)
+    affine = particles.affine[p] * (m * inverse_dx / constants.inertia)
     along_x = ti.Vector([affine[0, 0], affine[1, 0]])
     along_y = ti.Vector([affine[0, 1], affine[1, 1]])
     stress = particles.tau[p] * (dt * particles.volume[p])
     stress_x = ti.Vector([stress[0, 0], stress[1, 0]])
     stress_y = ti.Vector([stress[0, 1], stress[1, 1]])
-    if ti.static(laws.transfer == "mls"):
-        stress_x *= inverse_dx / laws.inertia
-        stress_y *= inverse_dx / laws.inertia
+    if ti.static(constants.transfer == "mls"):
+        stress_x *= inverse_dx / constants.inertia
+        stress_y *= inverse_dx / constants.inertia
 
-    for i in ti.static(range(laws.nodes)):
+    for i in ti.static(range(constants.nodes)):
         arm = i - offset[0]
-        slope_x = wx[i] * arm if ti.static(laws.transfer == "mls") else gx[i]
+        slope_x = wx[i] * arm if ti.static(constants.transfer == "mls") else gx[i]
         even = wx[i] * (m * velocity + along_x * arm) - slope_x * stress_x
         old_even = wx[i] * (m * old_velocity + along_x * arm)
         lever = wx[i] * along_y
         force = wx[i] * stress_y
         mass = wx[i] * m
-        for j in ti.static(range(laws.nodes)):
+        for j in ti.static(range(constants.nodes)):
             node = ti.Vector([base[0] + i, base[1] + j])
             moment = wy[j] * (j - offset[1])
-            slope_y = moment if ti.static(laws.transfer == "mls") else gy[j]
+            slope_y = moment if ti.static(constants.transfer == "mls") else gy[j]
             turning = lever * moment
-            add(nodes.mass, nodes.fixed_mass, node, mass * wy[j], laws.mass_quantum, laws)
+            add(nodes.mass, nodes.fixed_mass, node, mass * wy[j], constants.mass_quantum, constants)
             add(
                 nodes.momentum,
                 nodes.fixed_momentum,
                 node,
                 even * wy[j] + turning - force * slope_y,
-                laws.momentum_quantum,
-                laws,
+                constants.momentum_quantum,
+                constants,
             )
             add(
                 nodes.old_momentum,
                 nodes.fixed_old_momentum,
                 node,
                 old_even * wy[j] + turning,
-                laws.momentum_quantum,
-                laws,
+                constants.momentum_quantum,
+                constants,
             )
 
 
 @ti.func
-def collect(i, j, nodes: ti.template(), laws: ti.template()):
+def collect(i, j, nodes: ti.template(), constants: ti.template()):
     """Turn the fixed-point sums of a node into numbers."""
-    if ti.static(laws.summation == "fixed_point"):
-        nodes.mass[i, j] = nodes.fixed_mass[i, j] * laws.mass_quantum
-        nodes.momentum[i, j] = nodes.fixed_momentum[i, j] * laws.momentum_quantum
-        nodes.old_momentum[i, j] = nodes.fixed_old_momentum[i, j] * laws.momentum_quantum
+    if ti.static(constants.summation == "fixed_point"):
+        nodes.mass[i, j] = nodes.fixed_mass[i, j] * constants.mass_quantum
+        nodes.momentum[i, j] = nodes.fixed_momentum[i, j] * constants.momentum_quantum
+        nodes.old_momentum[i, j] = nodes.fixed_old_momentum[i, j] * constants.momentum_quantum
 
 
 @ti.func
-def grid_to_particle(p, particles: ti.template(), nodes: ti.template(), laws: ti.template()):
+def grid_to_particle(p, particles: ti.template(), nodes: ti.template(), constants: ti.template()):
     """Return (velocity, grad v, B) at particle p from the node velocities.
 
     velocity = sum w_i v_i (step 7), or by pic_flip (1 - flip) of that and ``flip`` of the particle's own
     plus the nodes' change; grad v = sum v_i (grad w_i)^T (for step 6), or by mls B D^-1;
     B = sum w_i v_i (x_i - x_p)^T (APIC's affine matrix), zero by pic_flip.
     """
-    inverse_dx = 1.0 / laws.dx
-    base, offset = splines.stencil(particles.position[p] * inverse_dx, laws.spline)
-    wx = splines.weights(offset[0], laws.spline)
-    wy = splines.weights(offset[1], laws.spline)
-    gx = splines.gradients(offset[0], laws.spline) * inverse_dx
-    gy = splines.gradients(offset[1], laws.spline) * inverse_dx
+    inverse_dx = 1.0 / constants.dx
+    base, offset = splines.stencil(particles.position[p] * inverse_dx, constants.spline)
+    wx = splines.weights(offset[0], constants.spline)
+    wy = splines.weights(offset[1], constants.spline)
+    gx = splines.gradients(offset[0], constants.spline) * inverse_dx
+    gy = splines.gradients(offset[1], constants.spline) * inverse_dx
 
     zero = ti.Vector([0.0, 0.0])
     velocity, slope_x, slope_y, moment_x, moment_y = zero, zero, zero, zero, zero
     old_velocity = zero
-    for i in ti.static(range(laws.nodes)):
+    for i in ti.static(range(constants.nodes)):
         column, column_slope, column_moment, old_column = zero, zero, zero, zero
-        for j in ti.static(range(laws.nodes)):
+        for j in ti.static(range(constants.nodes)):
             v = nodes.velocity[base[0] + i, base[1] + j]
             column += wy[j] * v
             column_slope += gy[j] * v
             column_moment += (wy[j] * (j - offset[1])) * v
-            if ti.static(laws.transfer == "pic_flip"):
+            if ti.static(constants.transfer == "pic_flip"):
                 old_column += wy[j] * nodes.old_velocity[base[0] + i, base[1] + j]
         velocity += wx[i] * column
         old_velocity += wx[i] * old_column
@@ -132,22 +132,22 @@ def grid_to_particle(p, particles: ti.template(), nodes: ti.template(), laws: ti
     # Nothing reads this: adjacent stores are where the compiler starts to look for vectors.
     particles.gathered[p] = ti.Matrix.rows([velocity, slope_x, slope_y, moment_x, moment_y])
     gradient = ti.Matrix.cols([slope_x, slope_y])
-    affine = ti.Matrix.cols([moment_x, moment_y]) * laws.dx
-    if ti.static(laws.transfer == "mls"):
-        gradient = affine * (inverse_dx * inverse_dx / laws.inertia)
-    if ti.static(laws.transfer == "pic_flip"):
+    affine = ti.Matrix.cols([moment_x, moment_y]) * constants.dx
+    if ti.static(constants.transfer == "mls"):
+        gradient = affine * (inverse_dx * inverse_dx / constants.inertia)
+    if ti.static(constants.transfer == "pic_flip"):
         affine *= 0.0
-        velocity += laws.flip * (particles.velocity[p] - old_velocity)
+        velocity += constants.flip * (particles.velocity[p] - old_velocity)
     return velocity, gradient, affine
 
 
 @ti.func
-def grid_mass_at(p, particles: ti.template(), nodes: ti.template(), laws: ti.template()):
+def grid_mass_at(p, particles: ti.template(), nodes: ti.template(), constants: ti.template()):
     """Sum of w_i m_i at particle p (step 2)."""
-    base, offset = splines.stencil(particles.position[p] / laws.dx, laws.spline)
-    wx = splines.weights(offset[0], laws.spline)
-    wy = splines.weights(offset[1], laws.spline)
+    base, offset = splines.stencil(particles.position[p] / constants.dx, constants.spline)
+    wx = splines.weights(offset[0], constants.spline)
+    wy = splines.weights(offset[1], constants.spline)
     total = 0.0
-    for i, j in ti.static(ti.ndrange(laws.nodes, laws.nodes)):
+    for i, j in ti.static(ti.ndrange(constants.nodes, constants.nodes)):
         total += wx[i] * wy[j] * nodes.mass[base[0] + i, base[1] + j]
     return total

@@ -110,7 +110,7 @@ def write_crate(name: str, store: str | Path, out: Path, terms: Terms) -> str:
 
 def _fill_crate(crate: Path, name: str, store: str | Path, terms: Terms) -> str:
     """Copy all files into the crate's folder and write the metadata; returns a line on runs without a result."""
-    if name in record.names(store):
+    if name in record.list_sweeps(store):
         title, missing_runs, runs = f"sweep {name}", _copy_sweep(crate, name, store), _list_runs(name, store)
     else:
         runs = [_find_run(name, store)]
@@ -128,23 +128,23 @@ def _find_run(name: str, store: str | Path) -> Run:
     try:
         return run_named(name, store)
     except ConfigError as error:
-        raise ConfigError(f"{error}; sweeps are: {', '.join(record.names(store)) or 'none yet'}") from error
+        raise ConfigError(f"{error}; sweeps are: {', '.join(record.list_sweeps(store)) or 'none yet'}") from error
 
 
 def _list_runs(name: str, store: str | Path) -> list[Run]:
     """List each run of a sweep once, in the order of their ids."""
-    runs = {run.id: run for run in record.plan_of(name, store).runs}
+    runs = {run.id: run for run in record.plan_remembered(name, store).runs}
     return [runs[run_id] for run_id in sorted(runs)]
 
 
 def _copy_sweep(crate: Path, name: str, store: str | Path) -> str:
     """Copy the sweep's record, tables and report; returns a line on runs without a result."""
-    plan = record.plan_of(name, store)
+    plan = record.plan_remembered(name, store)
     if not needs_runs(plan.runs):
         raise ConfigError(f"'{name}' has no runs")
-    folder = record.folder_of(name, crate / STORE)
+    folder = record.locate_sweep(name, crate / STORE)
     folder.mkdir(parents=True)
-    shutil.copyfile(record.folder_of(name, store) / record.RECORD, folder / record.RECORD)
+    shutil.copyfile(record.locate_sweep(name, store) / record.RECORD, folder / record.RECORD)
     collected = collect_sweep(plan)
     write_tables(collected, folder)
     if plan.experiment:

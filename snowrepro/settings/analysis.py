@@ -4,10 +4,10 @@ from typing import Literal
 
 from pydantic import Field
 
-from .section import Section
+from .base import Settings
 
 
-class Analysis(Section):
+class Analysis(Settings):
     """What counts as a lump."""
 
     definition: Literal["bonds", "proximity", "grid", "damage"] = Field(

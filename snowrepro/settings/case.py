@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from .section import Section
+from .base import Settings
 
 MODEL_VERSION = 3  # goes up when the same case gives another result, or a result that holds more
 ARMS = ("sintered", "unsintered")
@@ -19,7 +19,7 @@ MOST_FRAMES = 100_000  # of a hardness test
 MOST_BULGE = 10.0  # nearly a full circle on a short chord
 
 
-class Outline(Section):
+class Outline(Settings):
     """A closed curve in cells: a circle, or a polygon whose edges may be arcs.
 
     A third number at a corner bends the edge that starts there: the tangent of a quarter of the
@@ -46,14 +46,14 @@ class Outline(Section):
         return self
 
 
-class Shape(Section):
+class Shape(Settings):
     """The body of snow before it is pressed."""
 
     name: str
     outline: Outline
 
 
-class Floor(Section):
+class Floor(Settings):
     """What the snow falls on, from the lower left corner of the domain."""
 
     name: str
@@ -62,7 +62,7 @@ class Floor(Section):
     drop_x: float | None = Field(None, gt=0, description="place of the snow's centre [cells]; none: mid-domain")
 
 
-class Material(Section):
+class Material(Settings):
     """Table 1: the snow before sintering."""
 
     rho: float = Field(gt=0, description="initial density [kg/m^3]")
@@ -84,7 +84,7 @@ class Material(Section):
         return self.nu * self.E / ((1.0 + self.nu) * (1.0 - 2.0 * self.nu))
 
 
-class Sintering(Section):
+class Sintering(Settings):
     """Eqs. 2, 6, 7 and 9: whether they act while the snow is pressed, and their constants."""
 
     name: str
@@ -97,7 +97,7 @@ class Sintering(Section):
     C5: float = Field(ge=0, description="Eq. 9, external force [s^2/length]")
 
 
-class Loading(Section):
+class Loading(Settings):
     """When the snow is pressed and how long it is watched (Sec. 4.1)."""
 
     press_frames: int = Field(gt=0, description="frames with force and sintering [1]")
@@ -111,7 +111,7 @@ class Loading(Section):
         return self
 
 
-class Indenter(Section):
+class Indenter(Settings):
     """The hardness test: instead of falling, the snow rests, its lower half is held, and a disc is pressed into it."""
 
     name: str
@@ -130,7 +130,7 @@ class Indenter(Section):
         return self
 
 
-class Reading(Section):
+class Reading(Settings):
     """One way to read what the paper leaves open; conf/reading says why each default is as it is."""
 
     name: str
@@ -168,7 +168,7 @@ class Reading(Section):
         return self
 
 
-class Fidelity(Section):
+class Fidelity(Settings):
     """How finely the scene is resolved."""
 
     name: str
@@ -176,7 +176,7 @@ class Fidelity(Section):
     particles_per_cell: int = Field(ge=1, le=64, description="particles in a grid cell at the start [1]")
 
 
-class Solver(Section):
+class Solver(Settings):
     """Numerical choices."""
 
     transfer: Literal["apic", "pic_flip", "mls"]
@@ -199,13 +199,13 @@ class Solver(Section):
         return self
 
 
-class Output(Section):
+class Output(Settings):
     """What is kept of a run."""
 
     every: int = Field(gt=0, description="frames between stored particle states [1]")
 
 
-class Case(Section):
+class Case(Settings):
     """One simulation, whole."""
 
     shape: Shape

@@ -7,16 +7,16 @@ from typing import Any
 
 from pydantic import model_validator
 
+from .base import Settings
 from .case import Case
 from .execution import Execution
 from .question import Question
-from .section import Section
 
-PARTS: dict[str, type[Section]] = {"case": Case, "execution": Execution, "question": Question}
+PARTS: dict[str, type[Settings]] = {"case": Case, "execution": Execution, "question": Question}
 NOT_RECORDED = ("store", "rerun", "claims", "experiment", "reports")  # of whoever asked, not of the result
 
 
-class Config(Section):
+class Config(Settings):
     """What one run is, how it is carried out, and what is asked of it."""
 
     case: Case
@@ -46,27 +46,6 @@ class Config(Section):
             raise ValueError(
                 "deterministic=true cannot be had with solver.summation=atomic on more than one thread: "
                 "choose fixed_point, or deterministic=false"
-            )
-        return self
-
-    @model_validator(mode="after")
-    def _falls_where_its_figure_shows_a_fall(self) -> "Config":
-        experiment = self.question.experiment
-        if self.case.indenter and experiment and experiment.picture != "hardness":
-            raise ValueError(f"a {experiment.picture} shows snow that falls: it takes no indenter")
-        return self
-
-    @model_validator(mode="after")
-    def _pictured_frames_are_stored(self) -> "Config":
-        lost = (
-            [frame for frame in self.question.experiment.frames if not self.case.is_stored(frame)]
-            if self.question.experiment
-            else []
-        )
-        if lost:
-            raise ValueError(
-                f"experiment.frames {lost} are not stored: frames up to {self.case.frames} are that are multiples "
-                f"of output.every ({self.case.output.every}), and the release in frame {self.case.loading.press_frames}"
             )
         return self
 

@@ -4,12 +4,12 @@ from typing import Literal
 
 from pydantic import Field
 
-from .section import Section
+from .base import Settings
 
 COULD_CHANGE_BITS = ("threads", "deterministic")  # and would, if a promise were broken
 
 
-class Execution(Section):
+class Execution(Settings):
     """On how many threads, under which promise, and where the result is kept."""
 
     threads: int = Field(ge=1, le=1024, description="of one run [1]")

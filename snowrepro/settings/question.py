@@ -5,7 +5,7 @@ from typing import Any, Literal
 from pydantic import Field, model_validator
 
 from .analysis import Analysis
-from .section import Section
+from .base import Settings
 
 # Columns of a fallen run's summary that something can be claimed of.
 Measure = Literal[
@@ -16,7 +16,7 @@ Measure = Literal[
 ]  # fmt: skip
 
 
-class Claim(Section):
+class Claim(Settings):
     """One claim of the paper, and how it is decided; conf/claims says what the tests are."""
 
     name: str = Field(min_length=1)
@@ -30,7 +30,7 @@ class Claim(Section):
     claims: tuple[str, ...] = Field((), description="scenes: the claims that are counted")
 
 
-class Claims(Section):
+class Claims(Settings):
     """What is to be decided, written before the runs that decide it."""
 
     name: str
@@ -52,7 +52,7 @@ class Claims(Section):
 HOW_USED = {"variants", "order", "varies", "checks"}  # settings of an experiment that say nothing of what it shows
 
 
-class Experiment(Section):
+class Experiment(Settings):
     """A figure, a table or a study: what its report draws from its runs, and where else it is used."""
 
     name: str = Field(min_length=1, description="of the report's folder")
@@ -75,7 +75,7 @@ class Experiment(Section):
     )
 
 
-class Question(Section):
+class Question(Settings):
     """All that is asked of a run."""
 
     analysis: Analysis

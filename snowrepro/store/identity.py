@@ -6,8 +6,8 @@ import json
 import weakref
 from typing import Any
 
+from ..settings.base import Settings
 from ..settings.case import MODEL_VERSION, Case
-from ..settings.section import Section
 
 _json = json.JSONEncoder(sort_keys=True, separators=(",", ":")).encode
 # By the id of a section for as long as it lives, as many runs share it; not by its value: 0.0 equals -0.0.
@@ -46,7 +46,7 @@ def _text(value: Any) -> str:
     known = _texts.get(id(value))
     if known:
         return known[1]
-    if not isinstance(value, Section):
+    if not isinstance(value, Settings):
         return _json(value)
     text, key = _json(value.model_dump(mode="json")), id(value)
     _texts[key] = weakref.ref(value, functools.partial(_forget, _texts, key)), text

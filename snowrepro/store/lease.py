@@ -146,7 +146,7 @@ def dead_holder(folder: Path) -> Holder | None:
 
 
 @contextmanager
-def held(folder: Path) -> Iterator[Lease]:
+def hold_lease(folder: Path) -> Iterator[Lease]:
     """Hold the lease of a work folder, waiting for whoever has it."""
     lease = take(folder)
     while lease is None:

@@ -47,7 +47,7 @@ def write_script(path: Path, plan: Plan, todo: Todo, most_tasks: int) -> None:
         tasks.setdefault(place[id(decision.planned)], []).append(decision.planned.run.case)
     store = plan.runs[0].store
     longest = max(tasks.values(), key=len)
-    folder = record.write(plan)
+    folder = record.write_record(plan)
     words = [*plan.overrides, "hydra.launcher.workers=1"]
     words = [f"store={Path(store).resolve()}" if word.startswith("store=") else word for word in words]
     text = SCRIPT.format(

@@ -34,8 +34,8 @@ from ..composition.hydra_private import (
     jobs_of,
 )
 from ..errors import ConfigError
+from ..settings.base import Settings
 from ..settings.config import PARTS, Config
-from ..settings.section import Section
 from ..store.run import Run
 
 Job = tuple[int, ...]  # which of its values each axis has
@@ -239,7 +239,16 @@ def _has_varying_defaults(path: Path) -> bool:
         read = yaml.safe_load(text)
     except yaml.YAMLError:
         return True
-    return isinstance(read, dict) and "${" in str(read.get("defaults"))
+    return _holds_varying_defaults(read)
+
+
+def _holds_varying_defaults(value: Any) -> bool:
+    """Whether a defaults list anywhere in a file's content, a variant's too, holds an interpolation."""
+    if isinstance(value, list):
+        return any(map(_holds_varying_defaults, value))
+    if not isinstance(value, dict):
+        return False
+    return "${" in str(value.get("defaults")) or any(map(_holds_varying_defaults, value.values()))
 
 
 def _references(settings: Any) -> Iterator[str]:
@@ -258,7 +267,7 @@ class _Structure:
     first: Config
     values: dict[str, Any]  # of the first one, by name: validated sections, and the settings beside them
     settings: dict[tuple[str, int | None], dict[str, Any]] = field(default_factory=dict)  # of sections by option
-    sections: dict[tuple, Section] = field(default_factory=dict)  # validated, by name and the axes' values
+    sections: dict[tuple, Settings] = field(default_factory=dict)  # validated, by name and the axes' values
 
 
 class _Assembly:
@@ -303,7 +312,7 @@ class _Assembly:
         if self._is_as_expected(job, settings):
             resolved = plain_settings(raw)
             known = {name: value for part in PARTS for name, value in getattr(config, part)}
-            sections = {name: known[name] for name in resolved if isinstance(known.get(name), Section)}
+            sections = {name: known[name] for name in resolved if isinstance(known.get(name), Settings)}
             new = _Structure(config, {**resolved, **sections})
             structure = self.structures.setdefault(self._structure_of(job), new)
             structure.settings |= {(name, self._option(name, job)): resolved[name] for name in self.sections}
@@ -329,7 +338,7 @@ class _Assembly:
                 changed[path[0]] = self.axes[i].value(job[i])
         return Config.model_validate({name: _part(structure, name, changed) for name in PARTS})
 
-    def _section(self, structure: _Structure, name: str, job: Job) -> Section:
+    def _section(self, structure: _Structure, name: str, job: Job) -> Settings:
         """A section that varies, as it is in a job.  Raises KeyError if it is not known, and ValidationError."""
         settings = structure.settings[name, self._option(name, job)]
         for i, path in self.roles.leaves.items():
@@ -338,7 +347,7 @@ class _Assembly:
         return type(structure.values[name]).model_validate(with_outline_read(name, settings))
 
 
-def _part(structure: _Structure, name: str, changed: Mapping[str, Any]) -> Section:
+def _part(structure: _Structure, name: str, changed: Mapping[str, Any]) -> Settings:
     """One part of a configuration with what is changed of it; without changes, the same one for all runs."""
     first = getattr(structure.first, name)
     kind = type(first)

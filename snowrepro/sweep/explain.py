@@ -28,7 +28,7 @@ def explain(name: str, store: str | Path) -> list[str]:
         lines.append("  the next 'snowrepro run' of it runs it again")
     died = lease.dead_holder(run.work)
     lines += [f"  last worked on by {died}, which died"] if died else []
-    asking = [name for name in record.names(store) if run.id in record.read(name, store).cells.values()]
+    asking = [name for name in record.list_sweeps(store) if run.id in record.read_record(name, store).cells.values()]
     lines.append(f"  asked for by: {', '.join(asking) or 'no sweep that the store remembers'}")
     for log in (run.folder / LOG, run.work / LOG):
         if log.exists():
@@ -54,8 +54,8 @@ def run_named(name: str, store: str | Path) -> Run:
     plain = manifest.read(Path(store) / run_id).get("config") or read_json(work / CONFIG)
     if plain:
         return Run(config_from({**plain, "store": str(store)}))
-    sweep = next(name for name in record.names(store) if run_id in record.read(name, store).cells.values())
-    for run in record.plan_of(sweep, store).runs:
+    sweep = next(name for name in record.list_sweeps(store) if run_id in record.read_record(name, store).cells.values())
+    for run in record.plan_remembered(sweep, store).runs:
         if run.id == run_id:
             return run
     raise ConfigError(f"'{run_id}' was asked for by the sweep '{sweep}', which has other runs now")
@@ -70,7 +70,7 @@ def _made(written: dict) -> Iterator[str]:
 
 def _known(store: Path) -> set[str]:
     """Ids of all runs that a store holds, works on, or was asked for."""
-    ids = {run_id for name in record.names(store) for run_id in record.read(name, store).cells.values()}
+    ids = {run_id for name in record.list_sweeps(store) for run_id in record.read_record(name, store).cells.values()}
     for folder in (store, store / WORK):
         if folder.is_dir():
             ids.update(path.name for path in folder.iterdir() if path.is_dir() and not path.name.startswith("."))

@@ -17,7 +17,7 @@ from ..composition.compose import CONF_DIR, own_options, quiet_about_schemas
 from ..errors import ConfigError, RunsFailed
 from ..run import do_job
 from .plan import Plan, Planned
-from .record import store_override
+from .record import override_store
 from .table import watching
 
 LOG = "sweep.log"
@@ -66,7 +66,7 @@ def _launch(jobs: Sequence[Sequence[str]], context: HydraContext, config: DictCo
 
 def _with_store(overrides: Sequence[str], store: Path) -> list[str]:
     """A job's overrides with the store from the root: workers elsewhere start in other folders."""
-    return [*(o for o in overrides if not o.startswith("store=")), store_override(store)]
+    return [*(o for o in overrides if not o.startswith("store=")), override_store(store)]
 
 
 def _require_plugin(config: DictConfig) -> None:

@@ -102,19 +102,20 @@ def with_seeds(overrides: Sequence[str], seeds: int) -> list[str]:
 def make_claims_plan(overrides: Sequence[str], seeds: int) -> Plan:
     """The runs of an experiment with seeds 0 to ``seeds`` - 1.
 
-    Raises ConfigError also where there is no one experiment, the overrides choose seeds of their own, or two runs
-    differ in more than what a claim tells apart: scene, sintering, pressure and seed.
+    Raises ConfigError also where there is no one experiment, or the overrides choose seeds of their own.
     """
     plan = make_plan(with_seeds(overrides, seeds), multirun=True)
     experiments = {run.config.question.experiment and run.config.question.experiment.name for run in plan.runs}
     if len(experiments) > 1 or None in experiments:
         raise ConfigError("claims are judged by the runs of one experiment, for example experiment=fig5")
-    _require_one_run_a_cell(plan)
     return plan
 
 
-def _require_one_run_a_cell(plan: Plan) -> None:
-    """A claim cannot choose between variants of a run."""
+def require_one_run_a_cell(plan: Plan) -> None:
+    """Check that no two runs differ in more than what a claim tells apart: scene, sintering, pressure and seed.
+
+    Raises ConfigError if two do.
+    """
     known = set()
     for case in (run.case for run in plan.runs):
         cell = (case.shape.name, case.floor.name, case.arm, case.pressure, case.seed)

@@ -30,85 +30,85 @@ class Record:
     cells: Mapping[str, str]
 
 
-def name_of(overrides: Sequence[str]) -> str:
+def name_sweep(overrides: Sequence[str]) -> str:
     """A sweep's name: its experiment, then its other overrides in order; the same for any order of them."""
     named = [o for o in overrides if re.split(r"[./=@]", o.lstrip("+~"), maxsplit=1)[0] not in NOT_NAMED]
     experiments = [o.removeprefix("experiment=") for o in named if o.startswith("experiment=")]
     text = ",".join([*experiments, *sorted(o for o in named if not o.startswith("experiment="))]) or "default"
-    return shortened(re.sub(r"[^\w.,=+~-]+", "_", text))
+    return shorten_name(re.sub(r"[^\w.,=+~-]+", "_", text))
 
 
-def shortened(name: str) -> str:
+def shorten_name(name: str) -> str:
     """A name that a folder can have, however much it says."""
     if len(name) <= MOST_LETTERS:
         return name
     return f"{name[:MOST_LETTERS]}-{hashlib.sha256(name.encode()).hexdigest()[:8]}"
 
 
-def folder_of(name: str, store: str | Path) -> Path:
+def locate_sweep(name: str, store: str | Path) -> Path:
     """Where the store keeps what belongs to a sweep as a whole."""
     return Path(store) / SWEEPS / name
 
 
-def write(plan: Plan) -> Path:
+def write_record(plan: Plan) -> Path:
     """Remember a sweep, in place of what was remembered under its name; returns its folder."""
-    folder = folder_of(name_of(plan.overrides), plan.runs[0].store)
+    folder = locate_sweep(name_sweep(plan.overrides), plan.runs[0].store)
     write_json(
         folder / RECORD,
         {
             "name": folder.name,
             "overrides": [o for o in plan.overrides if not o.startswith("store=")],
             "recorded": datetime.now(timezone.utc).isoformat(timespec="seconds"),
-            "cells": cells_of(plan),
+            "cells": list_cells(plan),
         },
     )
     return folder
 
 
-def cells_of(plan: Plan) -> dict[str, str]:
+def list_cells(plan: Plan) -> dict[str, str]:
     """Each run's id by its overrides."""
     return {" ".join(planned.overrides): planned.run.id for planned in plan.planned}
 
 
-def read(name: str, store: str | Path) -> Record:
+def read_record(name: str, store: str | Path) -> Record:
     """What was remembered of a sweep.  Raises ConfigError with the names that there are."""
-    content = read_json(folder_of(name, store) / RECORD)
+    content = read_json(locate_sweep(name, store) / RECORD)
     if not content:
-        known = ", ".join(sorted(names(store))) or "none yet"
+        known = ", ".join(sorted(list_sweeps(store))) or "none yet"
         raise ConfigError(f"there is no sweep '{name}' in the store '{store}'; there are: {known}")
     return Record(content["name"], tuple(content["overrides"]), content["recorded"], content["cells"])
 
 
-def plan_of(name: str, store: str | Path, more: Sequence[str] = ()) -> Plan:
+def plan_remembered(name: str, store: str | Path, more: Sequence[str] = ()) -> Plan:
     """The runs of a remembered sweep, as its overrides and ``more`` name them now.  Raises ConfigError."""
-    return make_plan([*read(name, store).overrides, store_override(store), *more], multirun=True)
+    return make_plan([*read_record(name, store).overrides, override_store(store), *more], multirun=True)
 
 
-def with_asked_seeds(overrides: Sequence[str], store: str | Path) -> list[str]:
+def add_remembered_seeds(overrides: Sequence[str], store: str | Path) -> list[str]:
     """The overrides of a sweep with every seed that it was ever asked for with, if they name none themselves."""
     if any(o.startswith("seed=") for o in overrides):
         return list(overrides)
-    seeds = {int(seed) for known in asked(overrides, store) for seed in SEED.findall(" ".join(known.cells))}
+    seeds = {int(seed) for known in find_records(overrides, store) for seed in SEED.findall(" ".join(known.cells))}
     return [*overrides, f"seed={','.join(map(str, sorted(seeds)))}"] if seeds else list(overrides)
 
 
-def asked(overrides: Sequence[str], store: str | Path) -> list[Record]:
+def find_records(overrides: Sequence[str], store: str | Path) -> list[Record]:
     """The remembered sweeps that ask for the same, whatever their seeds."""
-    records = (read(name, store) for name in names(store))
-    return [record for record in records if unseeded(record.overrides) == unseeded(overrides)]
+    records = (read_record(name, store) for name in list_sweeps(store))
+    return [record for record in records if name_without_seeds(record.overrides) == name_without_seeds(overrides)]
 
 
-def unseeded(overrides: Sequence[str]) -> str:
+def name_without_seeds(overrides: Sequence[str]) -> str:
     """A sweep's name without its seeds."""
-    return name_of([o for o in overrides if not o.startswith("seed=")])
+    return name_sweep([o for o in overrides if not o.startswith("seed=")])
 
 
-def store_override(store: str | Path) -> str:
+def override_store(store: str | Path) -> str:
     """The override that names a store, whatever letters its path has."""
     quoted = str(store).replace("'", "\\'")
     return f"store='{quoted}'"
 
 
-def names(store: str | Path) -> list[str]:
+def list_sweeps(store: str | Path) -> list[str]:
     """The sweeps that a store remembers."""
     return sorted(path.parent.name for path in (Path(store) / SWEEPS).glob(f"*/{RECORD}"))

@@ -95,8 +95,8 @@ def _decide(planned: Planned, standing: Standing, earlier: str | None) -> Decisi
 
 def _cells_before(plan: Plan) -> Mapping[str, str]:
     """Which run each cell was when the sweep was recorded last."""
-    name, store = record.name_of(plan.overrides), plan.runs[0].store
-    return record.read(name, store).cells if name in record.names(store) else {}
+    name, store = record.name_sweep(plan.overrides), plan.runs[0].store
+    return record.read_record(name, store).cells if name in record.list_sweeps(store) else {}
 
 
 def _changed(run: Run, earlier: str) -> str:

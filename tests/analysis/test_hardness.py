@@ -173,7 +173,6 @@ def test_frames_follow_from_the_way():
         (["indenter.speed=1e-5"], r"makes a test of .* frames; at most 100,000 are allowed"),
         (["indenter.speed=0"], "indenter.speed: should be greater than 0"),
         (["indenter.dept=3"], "there is no setting 'indenter.dept'; did you mean 'depth'"),
-        (["experiment=fig5"], "a strip shows snow that falls: it takes no indenter"),
         (["indenter.radius=40", "indenter.depth=30"], r"indenter.depth \(30 cells\) is more than shape 'ball' has"),
         (
             ["indenter.radius=3", "indenter.depth=2", "fidelity=preview"],

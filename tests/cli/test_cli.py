@@ -172,6 +172,8 @@ def test_claims_with_a_failed_run_are_not_run(snowrepro, tmp_path):
         (["experiment=fig5", "seeds=two"], "seeds: should be one whole number of at least 1 (got two)"),
         (["experiment=fig5", "seeds=2", "seeds=3"], "seeds: should be one whole number of at least 1 (got 2, 3)"),
         (["experiment=fig5", "seed=1"], "leave out the override of seed"),
+        (["experiment=convergence"], "claims are not judged by 'convergence', but by a strip or grid"),
+        (["experiment=fig5", "solver.cfl=0.1,0.2"], "two of the runs are ball on L, sintered, pressure 340, seed 0"),
         (["experiment=table1"], "claims are not judged by 'table1'"),
         (["experiment=fig2", "seeds=3"], "claims are not judged by 'fig2', but by a strip or grid"),
         (["experiment=fig5", "store=/proc/nowhere"], "cannot write into the folder '/proc/nowhere'"),

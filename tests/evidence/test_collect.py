@@ -26,7 +26,7 @@ ASKED = [*SMALL, "pressure=4000,3000", "sintering=paper,none"]
 def plan_of(store, *overrides: str) -> Plan:
     """A recorded sweep."""
     plan = make_plan([*overrides, f'store="{store}"'], multirun=True)
-    record.write(plan)
+    record.write_record(plan)
     return plan
 
 
@@ -49,7 +49,7 @@ def swept(small_run, tmp_path_factory):
 def test_a_sweep_is_a_grid(swept, small_run):
     """Results in their cells; elsewhere NaN, no words, and what became of the run."""
     store, plan = swept
-    grid = snowrepro.open_sweep(record.name_of(plan.overrides), store)
+    grid = snowrepro.open_sweep(record.name_sweep(plan.overrides), store)
     assert grid["lump_fraction"].dims == FIVE
     assert grid.pressure.values.tolist() == [3000, 4000], "numbers rise"
     assert grid.sintering.values.tolist() == ["paper", "none"], "names come as asked for"
@@ -65,7 +65,7 @@ def test_a_sweep_is_a_grid(swept, small_run):
     assert failed["definition"] == "" and done["definition"] == "bonds"
     assert grid.attrs["missing"].startswith("3 of 4 runs: ")
     assert f"{failed['run_id'].item()} (failed: it blew up)" in grid.attrs["missing"]
-    assert grid.attrs["sweep"] == record.name_of(plan.overrides) and "fidelity=preview" in grid.attrs["overrides"]
+    assert grid.attrs["sweep"] == record.name_sweep(plan.overrides) and "fidelity=preview" in grid.attrs["overrides"]
     written = run_at(plan, pressure=3000, sintering="paper").manifest()
     assert all(grid.attrs[name] == written[name] for name in ("created", "git_state", "versions", "machine"))
 
@@ -73,7 +73,7 @@ def test_a_sweep_is_a_grid(swept, small_run):
 def test_the_table_has_a_row_a_run(swept, small_run):
     """In the order of the plan, with the same coordinates."""
     store, plan = swept
-    table = snowrepro.sweep_table(record.name_of(plan.overrides), store)
+    table = snowrepro.sweep_table(record.name_sweep(plan.overrides), store)
     assert list(table.columns[:8]) == [*FIVE, "run_id", "state", "reason"]
     assert table["run_id"].tolist() == [run.id for run in plan.runs]
     assert table["pressure"].tolist() == [run.case.pressure for run in plan.runs]
@@ -87,7 +87,7 @@ def test_results_are_files(swept):
     """The CSV is the table, the NetCDF the grid, and the same store gives the same bytes."""
     store, plan = swept
     folder = collect.write_results(plan)
-    assert folder == record.folder_of(record.name_of(plan.overrides), store)
+    assert folder == record.locate_sweep(record.name_sweep(plan.overrides), store)
     table = snowrepro.sweep_table(folder.name, store)
     pd.testing.assert_frame_equal(pd.read_csv(folder / "results.csv"), table, check_dtype=False, rtol=0, atol=0)
     grid = snowrepro.open_sweep(folder.name, store)
@@ -102,7 +102,7 @@ def test_results_are_files(swept):
 def test_further_keys_are_dimensions(tmp_path):
     """What overrides vary beyond the five, by its text; what they only set is none."""
     plan = plan_of(tmp_path, *SMALL, "reading.gravity=100,40", "fidelity=preview,paper", "solver.cfl=0.2")
-    grid = snowrepro.open_sweep(record.name_of(plan.overrides), tmp_path)
+    grid = snowrepro.open_sweep(record.name_sweep(plan.overrides), tmp_path)
     assert set(grid["state"].dims) == {*FIVE, "fidelity", "reading_gravity"}
     assert grid["reading_gravity"].values.tolist() == ["40", "100"], "numbers rise, also as text"
     assert grid["reading_gravity"].attrs["key"] == "reading.gravity"
@@ -115,7 +115,7 @@ def test_further_keys_are_dimensions(tmp_path):
 def test_cells_that_are_not_asked_for_say_so(tmp_path):
     """Two scenes are two of the four pairs of a shape and a floor."""
     plan = plan_of(tmp_path, "scene=ball_on_L,star_on_square")
-    grid = snowrepro.open_sweep(record.name_of(plan.overrides), tmp_path)
+    grid = snowrepro.open_sweep(record.name_sweep(plan.overrides), tmp_path)
     assert grid["state"].dims == FIVE, "a scene is no dimension of its own"
     states = grid["state"].squeeze().to_pandas()
     assert states.loc["ball", "L"] == states.loc["star", "square"] == "pending"
@@ -130,7 +130,7 @@ def test_falls_and_hardness_tests_have_their_columns(small_run, indented_run, tm
     fall, test = plan.runs
     fall.save(small_run)
     test.save(indented_run)
-    grid = snowrepro.open_sweep(record.name_of(plan.overrides), tmp_path)
+    grid = snowrepro.open_sweep(record.name_sweep(plan.overrides), tmp_path)
     lumps, hardness = (grid[name].squeeze().to_pandas() for name in ("lump_fraction", "hardness"))
     assert lumps.notna().to_dict() == {"none": True, "disc": False}
     assert hardness.to_dict() == pytest.approx(
@@ -142,7 +142,7 @@ def test_falls_and_hardness_tests_have_their_columns(small_run, indented_run, tm
 def test_a_sweep_without_results_has_its_columns(tmp_path):
     """Whoever reads it finds the variables that it will have, in their units."""
     plan = plan_of(tmp_path, *ASKED)
-    grid = snowrepro.open_sweep(record.name_of(plan.overrides), tmp_path)
+    grid = snowrepro.open_sweep(record.name_sweep(plan.overrides), tmp_path)
     assert grid["lump_fraction"].isnull().all() and "hardness" not in grid
     assert grid["impact_speed"].attrs["units"] == "cell s-1" and grid["pressure"].attrs["units"] == "kg cell-1 s-2"
     assert "created" not in grid.attrs
@@ -154,7 +154,7 @@ def test_units_are_those_of_the_reading(tmp_path):
 
     def opened(*overrides):
         plan = plan_of(tmp_path, *overrides)
-        return snowrepro.open_sweep(record.name_of(plan.overrides), tmp_path)
+        return snowrepro.open_sweep(record.name_sweep(plan.overrides), tmp_path)
 
     metres, cells, mixed = opened("reading=si"), opened("reading=grid_units"), opened("reading=si,grid_units")
     assert metres["impact_speed"].attrs["units"] == "m s-1" and cells["impact_speed"].attrs["units"] == "cell s-1"
@@ -168,20 +168,20 @@ def test_a_result_that_cannot_be_read_is_broken(tmp_path):
     folder.mkdir(parents=True)
     (folder / "run.nc").write_bytes(b"no run")
     manifest.write(folder, ["run.nc"], {"run_id": folder.name})
-    table = snowrepro.sweep_table(record.name_of(plan.overrides), tmp_path)
+    table = snowrepro.sweep_table(record.name_sweep(plan.overrides), tmp_path)
     assert table["state"].tolist() == ["broken"] and "cannot be read" in table["reason"][0]
 
 
 def test_a_run_asked_for_twice_is_one_row(tmp_path):
     plan = plan_of(tmp_path, "pressure=3000,3e3,4000")
     assert len(plan.runs) == 3
-    assert snowrepro.sweep_table(record.name_of(plan.overrides), tmp_path)["pressure"].tolist() == [3000, 4000]
+    assert snowrepro.sweep_table(record.name_sweep(plan.overrides), tmp_path)["pressure"].tolist() == [3000, 4000]
 
 
 def test_runs_that_no_coordinate_tells_apart_make_no_grid(tmp_path):
     """Two shapes of one name: the table holds both."""
     plan = plan_of(tmp_path, "shape=ball,star", "shape.name=mine")
-    name = record.name_of(plan.overrides)
+    name = record.name_sweep(plan.overrides)
     with pytest.raises(ConfigError, match=r"two runs at pressure 2000.0, shape mine, floor L"):
         snowrepro.open_sweep(name, tmp_path)
     assert len(snowrepro.sweep_table(name, tmp_path)) == 2

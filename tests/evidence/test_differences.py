@@ -134,7 +134,7 @@ def sweep(small_run, tmp_path):
 
     def recorded(overrides, *rows):
         plan = make_plan([*SMALL, *overrides, f"store={tmp_path}"], multirun=True)
-        record.write(plan)
+        record.write_record(plan)
         for run, row in zip(plan.runs, rows, strict=False):
             if row is not None:
                 run.save(small_run)
@@ -160,7 +160,7 @@ def test_sweeps_are_matched_by_their_cells(sweep, tmp_path):
     assert found.lacking[["pressure", "state_a", "state_b"]].to_numpy().tolist() == [[700.0, "pending", "done"]]
     assert found.only_a["pressure"].tolist() == [900]
     assert sorted(found.only_b["pressure"]) == [800, 1100]
-    lines = describe_differences(*(record.name_of(plan.overrides) for plan in (a, b)), tmp_path)
+    lines = describe_differences(*(record.name_sweep(plan.overrides) for plan in (a, b)), tmp_path)
     assert lines == describe_sweep_differences(found)
     rest = "shape ball, floor L, sintering paper, seed 0"
     assert f"lump_fraction: 2 cells, 1 the same, median change +0.125, largest +0.25 at pressure 500, {rest}" in lines
@@ -216,7 +216,7 @@ def test_a_fall_is_not_compared_with_a_test(sweep):
 
 def test_a_sweep_beside_itself(sweep, tmp_path):
     plan = sweep(["pressure=300,500"], *lumps(0.5, 0.1))
-    name = record.name_of(plan.overrides)
+    name = record.name_sweep(plan.overrides)
     assert describe_differences(name, name, tmp_path)[2:] == [
         "the same configuration",
         "lump_fraction: 2 cells, 2 the same",
@@ -227,7 +227,7 @@ def test_a_sweep_beside_itself(sweep, tmp_path):
 def test_what_cannot_be_compared_is_refused(sweep, tmp_path):
     """A run with a sweep, and sweeps that vary different keys."""
     plan, other = sweep(["pressure=300,500"], *lumps(0.5)), sweep(["solver.cfl=0.2,0.25"])
-    name, run = record.name_of(plan.overrides), plan.runs[0].id
+    name, run = record.name_sweep(plan.overrides), plan.runs[0].id
     for pair in ((name, run), (run, name)):
         with pytest.raises(ConfigError, match=f"'{name.replace('+', '.')}' is a sweep and '{run}' is none"):
             describe_differences(*pair, tmp_path)

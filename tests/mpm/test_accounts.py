@@ -31,8 +31,8 @@ def test_each_account_is_added_up_and_cleared(precision):
     """Accounts that hold numbers come to these numbers' sums; a frame in which nothing happens leaves none of them."""
     case = compose([f"solver.precision={precision}", "sintering=none"]).case
     solver.start_taichi(case.solver, threads=1)
-    laws = solver.laws_of(case)
-    particles, nodes, report = solver.allocate(case, in_space(case, disc(6.0), 0.25), laws)
+    constants = solver.make_constants(case)
+    particles, nodes, report = solver.allocate(case, in_space(case, disc(6.0), 0.25), constants)
     rng = np.random.default_rng(1)
     expected = dict.fromkeys(TOTALS, 0.0)
     for account in KEPT:
@@ -42,7 +42,7 @@ def test_each_account_is_added_up_and_cleared(precision):
         counted = values[: particles.count] if account.keeper == PARTICLE else values
         for name, part in zip(account.totals, counted.reshape(-1, len(account.totals)).T, strict=True):
             expected[name] += part.sum(dtype=np.float64)
-    accounts.fill_totals(particles, nodes, report, laws)
+    accounts.fill_totals(particles, nodes, report, constants)
     assert solver.frame_of(1, particles, report).totals == pytest.approx(expected, rel=1e-12, abs=1e-12)
-    solver.advance_frame(particles, nodes, report, laws, 0.0, 0.0, False)
+    solver.advance_frame(particles, nodes, report, constants, 0.0, 0.0, False)
     assert solver.frame_of(1, particles, report).totals == pytest.approx(dict.fromkeys(TOTALS, 0.0), abs=1e-12)

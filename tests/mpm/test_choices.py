@@ -6,7 +6,7 @@ import pytest
 from snowrepro.composition.compose import compose
 from snowrepro.errors import ConfigError, Diverged
 from snowrepro.mpm import solver
-from snowrepro.mpm.laws import laws_of
+from snowrepro.mpm.constants import make_constants
 from snowrepro.mpm.ledger import unclosed_share
 from snowrepro.run import simulate
 from snowrepro.scene.build import build_scene
@@ -85,10 +85,10 @@ def test_pic_loses_most_and_flip_least(small_run):
 def test_fixed_point_sums_hold_what_the_time_step_allows():
     """The fastest speed that max_substeps allows, of a thousand particles on one node, fits into 63 bits."""
     case = compose(["solver.summation=fixed_point"]).case
-    laws = laws_of(case)
-    fastest = laws.cfl * laws.dx * laws.max_substeps / laws.frame_time
-    assert 1000 * build_scene(case).mass * fastest / laws.momentum_quantum < 2**62
-    assert laws.momentum_quantum / build_scene(case).mass < 1e-9 * fastest
+    constants = make_constants(case)
+    fastest = constants.cfl * constants.dx * constants.max_substeps / constants.frame_time
+    assert 1000 * build_scene(case).mass * fastest / constants.momentum_quantum < 2**62
+    assert constants.momentum_quantum / build_scene(case).mass < 1e-9 * fastest
 
 
 @pytest.mark.parametrize(
@@ -130,13 +130,13 @@ def test_an_unsound_particle_ends_the_run_by_name(small_config, summation, name,
     """The first of them is named, with its place and what is wrong, by either driver."""
     case = compose([*SMALL, f"solver.summation={summation}"]).case
     solver.start_taichi(case.solver, threads=1)
-    laws = laws_of(case)
-    particles, nodes, ledger = solver.allocate(case, build_scene(case), laws)
+    constants = make_constants(case)
+    particles, nodes, ledger = solver.allocate(case, build_scene(case), constants)
     values = particles.read(name)
     for p in (9, 7):
         values[p] = np.array([[value, 0], [0, 1]]) if name == "F_E" else value
     particles.write(name, values)
     with pytest.raises(Diverged, match=rf"diverged in frame 3 at t = .* particle 7 at .*({cause})"):
         for _ in range(3):
-            solver.advance_frame(particles, nodes, ledger, laws, 0.0, 0.0, False)
-            solver._check(ledger, particles, laws, 3)
+            solver.advance_frame(particles, nodes, ledger, constants, 0.0, 0.0, False)
+            solver._check(ledger, particles, constants, 3)

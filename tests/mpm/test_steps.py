@@ -9,7 +9,7 @@ import taichi as ti
 from snowrepro.composition.compose import compose
 from snowrepro.errors import Diverged
 from snowrepro.mpm import serial, solver, steps, transfer
-from snowrepro.mpm.laws import Laws, laws_of
+from snowrepro.mpm.constants import Constants, make_constants
 from snowrepro.mpm.state import Ledger, Nodes, Particles
 from tests import twin
 
@@ -17,9 +17,9 @@ SIZE = (40, 36)
 SPLINES = ("quadratic", "cubic")
 
 
-def laws(spline: str, dx: float = 1.0, **changes) -> Laws:
+def constants(spline: str, dx: float = 1.0, **changes) -> Constants:
     case = compose([f"solver.spline={spline}"]).case
-    return dataclasses.replace(laws_of(case), dx=dx, **changes)
+    return dataclasses.replace(make_constants(case), dx=dx, **changes)
 
 
 def cloud(count: int, dx: float, seed: int = 0) -> dict[str, np.ndarray]:
@@ -76,7 +76,7 @@ def test_transfer_conserves_mass_and_momentum(taichi, spline):
     state = cloud(300, dx=0.5)
     state["force"] *= 0
     particles, nodes, _ = place(state)
-    numbers = laws(spline, dx=0.5)
+    numbers = constants(spline, dx=0.5)
     scatter(particles, nodes, numbers, 0.0)
     mass, momentum = nodes.mass.to_numpy(), nodes.momentum.to_numpy()
     m, v, x, B = (state[name] for name in ("mass", "velocity", "position", "affine"))
@@ -98,7 +98,7 @@ def test_internal_force_adds_no_momentum(taichi, spline):
     particles, nodes, _ = place(state)
     tau = np.random.default_rng(2).normal(0, 1e4, (200, 2, 2))
     particles.write("tau", tau + tau.transpose(0, 2, 1))
-    scatter(particles, nodes, laws(spline), 1e-3)
+    scatter(particles, nodes, constants(spline), 1e-3)
     momentum = nodes.momentum.to_numpy()
     assert np.abs(momentum).max() > 1
     assert np.abs(momentum.sum(axis=(0, 1))).max() < 1e-11 * np.abs(momentum).sum()
@@ -111,7 +111,7 @@ def test_linear_velocity_fields_come_back_exactly(taichi, spline):
     G, a = np.array([[0.3, -1.2], [0.7, 0.4]]), np.array([2.0, -1.0])
     where = np.stack(np.meshgrid(*(np.arange(n) * 0.5 for n in SIZE), indexing="ij"), axis=-1)
     nodes.velocity.from_numpy(a + where @ G.T)
-    numbers = laws(spline, dx=0.5)
+    numbers = constants(spline, dx=0.5)
     gather(particles, nodes, numbers)
     np.testing.assert_allclose(particles.read("velocity"), a + particles.read("position") @ G.T, atol=1e-12)
     np.testing.assert_allclose(particles.read("tau"), np.tile(G, (50, 1, 1)), atol=1e-12)
@@ -130,7 +130,7 @@ def test_one_substep_equals_the_twin(taichi, spline, transfer):
     expected = twin.substep(state, SIZE, 1.0, spline, dt, 10.0, transfer)
     particles, nodes, ledger = place(state)
     serial.advance_frame(
-        particles, nodes, ledger, laws(spline, frame_time=dt, cfl=1.0, transfer=transfer), 10.0, 0.0, 0
+        particles, nodes, ledger, constants(spline, frame_time=dt, cfl=1.0, transfer=transfer), 10.0, 0.0, 0
     )
     assert ledger.substeps[None] == 1
     assert ledger.status[None] == 0
@@ -145,7 +145,7 @@ def test_one_substep_equals_the_twin(taichi, spline, transfer):
 def test_sintering_update_equals_the_twin(taichi):
     """Between steps 3 and 4: Eqs. 2 to 9 from the stress of the moment, once a frame."""
     state = cloud(40, dx=1.0, seed=4)
-    numbers = laws("cubic", frame_time=1e-4, cfl=1.0)
+    numbers = constants("cubic", frame_time=1e-4, cfl=1.0)
     particles, nodes, ledger = place(state)
     serial.advance_frame(particles, nodes, ledger, numbers, 0.0, 0.0, 1)
     for p in range(40):
@@ -168,7 +168,7 @@ def test_pure_shear_in_tiny_steps_is_not_lost(taichi):
     state["F_E"] = np.tile(np.eye(2), (8, 1, 1))
     state["J_P"] = np.ones(8)
     particles, _, _ = place(state)
-    numbers = laws("cubic")
+    numbers = constants("cubic")
     increment = np.array([[1.0, 9e-6], [0.0, 1.0]])
     for _ in range(400):
         particles.write("F_E", increment @ particles.read("F_E"))
@@ -197,7 +197,7 @@ def test_time_step_follows_hardened_stiffness(taichi):
         state["mu"], state["lam"] = np.full(30, 5e4 * stiffness), np.full(30, 4e4 * stiffness)
         state["hardening"], state["J_P"] = np.full(30, exponent / 0.5), np.full(30, 0.5)
         particles, nodes, ledger = place(state)
-        serial.advance_frame(particles, nodes, ledger, laws("cubic", frame_time=0.02), 0.0, 0.0, 0)
+        serial.advance_frame(particles, nodes, ledger, constants("cubic", frame_time=0.02), 0.0, 0.0, 0)
         taken.append(ledger.smallest_step[None])
     assert taken[0] <= 0.4 / np.sqrt(1.4e5 / 100)
     assert taken[0] / taken[1] == pytest.approx(10, rel=0.35)  # frames hold whole numbers of steps
@@ -210,7 +210,7 @@ def test_volume_from_the_grid(taichi, small_config):
 
     case = small_config.case
     scene = build_scene(case)
-    particles, _, _ = solver.allocate(case, scene, laws_of(case))
+    particles, _, _ = solver.allocate(case, scene, make_constants(case))
     density = particles.read("mass") / particles.read("volume")
     assert np.median(density[scene.depth > 6]) == pytest.approx(100, rel=0.01)
     assert density[scene.depth < 1].mean() < 85
@@ -222,7 +222,7 @@ def test_what_stops_being_finite_is_a_failure(taichi, small_config, name, value)
     from snowrepro.scene.build import build_scene
 
     case = small_config.case
-    numbers = laws_of(case)
+    numbers = make_constants(case)
     particles, nodes, ledger = solver.allocate(case, build_scene(case), numbers)
     values = particles.read(name)
     values[7, 0] = value
@@ -247,7 +247,7 @@ def test_what_the_floor_does_to_a_particle_is_booked(taichi):
     particles, nodes, _ = place(state)
     nodes.distance.from_numpy(np.tile(np.arange(SIZE[1]) - 14.0, (SIZE[0], 1)))
     nodes.velocity.from_numpy(np.tile([3.0, -2.0], (*SIZE, 1)))
-    move(particles, nodes, laws("cubic", friction=0.25), 1e-3)
+    move(particles, nodes, constants("cubic", friction=0.25), 1e-3)
     mass = state["mass"]
     np.testing.assert_allclose(particles.read("velocity"), [[2.5, 0.0], [3.0, -2.0]], atol=1e-12)
     np.testing.assert_allclose(particles.read("sliding_work"), [0.5 * mass[0] * (2.5**2 - 13.0), 0], atol=1e-10)
@@ -260,6 +260,6 @@ def test_a_particle_that_is_moved_out_gains_height(taichi):
     state["position"] = np.array([[15.2, 13.5]])
     particles, nodes, _ = place(state)
     nodes.distance.from_numpy(np.tile(np.arange(SIZE[1]) - 14.0, (SIZE[0], 1)))
-    move(particles, nodes, laws("cubic"), 1e-3)
+    move(particles, nodes, constants("cubic"), 1e-3)
     assert particles.read("position")[0, 1] == pytest.approx(14.0)
     assert particles.read("lifting_work")[0] == pytest.approx(state["mass"][0] * 10.0 * 0.5)

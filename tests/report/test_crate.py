@@ -32,11 +32,11 @@ def sweep(small_run, tmp_path_factory) -> tuple[Path, str]:
     saved(small_run, folder / "runs")
     options = ["experiment=fig5", "experiment.frames=[0,20,60]", "sintering=paper,none", "pressure=500,3000,9000"]
     plan = make_plan([*SMALL, *options, f"store={folder}/runs"], multirun=True)
-    record.write(plan)
+    record.write_record(plan)
     (failing, _) = [run for run in plan.runs if run.case.pressure == 9000]
     failing.save_config()
     failing.save_outcome("failed", FAILED, final=True)
-    name = record.name_of(plan.overrides)
+    name = record.name_sweep(plan.overrides)
     report = folder / "reports" / name
     report.mkdir(parents=True)
     (report / "index.html").write_text("<p>verdicts")
@@ -141,12 +141,15 @@ def test_one_run_and_what_is_stated(sweep, crate):
 def test_what_makes_no_crate_is_refused(sweep, crate, tmp_path):
     """One line, exit code 2, nothing written."""
     never = make_plan([*SMALL, "pressure=1,2", f"store={tmp_path}/runs"], multirun=True)
-    record.write(never)
+    record.write_record(never)
     (tmp_path / "there").mkdir()
     before = sorted(tmp_path.rglob("*"))
     for arguments, message in (
         (["nothing"], f"'nothing' should name one run of the store 'runs'; no run is; sweeps are: {sweep[1]}"),
-        ([record.name_of(never.overrides), "--store", f"{tmp_path}/runs"], "none failed: there is nothing to publish"),
+        (
+            [record.name_sweep(never.overrides), "--store", f"{tmp_path}/runs"],
+            "none failed: there is nothing to publish",
+        ),
         ([sweep[1], "--out", str(tmp_path / "there")], "is there already: remove it or name another folder"),
         ([sweep[1], "--license", "as you like"], "licence: should be a URL or an SPDX identifier"),
         ([sweep[1], "--orcid", "0000-0002-1825-0097"], "give also --agent NAME"),

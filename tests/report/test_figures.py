@@ -52,7 +52,9 @@ def test_runs_of_no_experiment_are_simulated_and_drawn_by_nothing():
         (["experiment=fig4", "experiment.frames=[]"], "a setting needs frames"),
         (["experiment=fig4", "experiment.frames=[0,20,40]"], r"experiment.frames: a setting needs 2 \(got 3\)"),
         (["experiment=calibration", "experiment.targets=[]"], "a calibration needs targets"),
+        (["experiment=fig5", "experiment.frames=[0,262]"], r"experiment.frames \[262\] are not stored"),
         (["experiment=hardness", "experiment.picture=laws"], "a laws shows snow that falls: it takes no indenter"),
+        (["experiment=fig5", "indenter=disc"], "a strip shows snow that falls: it takes no indenter"),
     ],
 )
 def test_what_cannot_be_drawn_is_refused_with_a_reason(overrides, message):

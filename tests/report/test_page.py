@@ -244,6 +244,14 @@ def test_lumps_are_set_beside_hardness(stored):
     assert {p.name for p in report.evidence.folder.glob("*.png")} == {"curves.png", "measures.png", "scatter.png"}
 
 
+def test_falls_without_any_test_of_hardness_are_a_report_too(stored):
+    """As in a store where the falls of Figure 5 came first."""
+    study = Experiment(name="hardness", title="hardness", picture="hardness")
+    report = reported([of(study, run) for run in stored])
+    assert report.content.verdict.startswith("Too few runs")
+    assert {p.name for p in report.evidence.folder.glob("*.png")} == {"curves.png", "measures.png", "scatter.png"}
+
+
 @pytest.mark.parametrize(
     "experiment",
     ["fig4", "fig5", "table2", "grid", "laws", "calibration", "readings", "convergence", "energy", "hardness"],

@@ -30,7 +30,7 @@ def stored(small_run, small_config, tmp_path_factory):
 def results_of(store, *overrides):
     """The results.nc of a recorded sweep."""
     plan = make_plan([*overrides, f'store="{store}"'], multirun=True)
-    record.write(plan)
+    record.write_record(plan)
     return collect.write_results(plan) / "results.nc"
 
 

@@ -16,7 +16,7 @@ def _count_alone(folder: Path, rounds: int) -> None:
     """Take the lease again and again; a file that must be new each time shows that nobody else has it."""
     lease.WAIT_SECONDS = 0.002
     for _ in range(rounds):
-        with lease.held(folder / "work"):
+        with lease.hold_lease(folder / "work"):
             open(folder / "alone", "x").close()
             time.sleep(0.001)
             (folder / "alone").unlink()
@@ -75,7 +75,7 @@ def test_a_killed_process_does_not_stop_who_waits(tmp_path):
     process = _started(_take_and_die, tmp_path)
     process.join(30)
     assert process.exitcode == -9
-    with lease.held(tmp_path) as held:
+    with lease.hold_lease(tmp_path) as held:
         assert held.generation == 2
 
 

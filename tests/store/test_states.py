@@ -41,14 +41,14 @@ def test_a_run_from_nothing_to_done(run, small_run):
     """Never run; held; stopped with a checkpoint; held again; done."""
     assert state(run) == ("pending", "never run")
     work = run.work
-    with lease.held(work):
+    with lease.hold_lease(work):
         run.save_progress(30, 60, 17)
         assert state(run)[0] == "running"
         assert state(run)[1].endswith("frame 30 of 60")
         run.save_checkpoint({})
         run.save_outcome("interrupted", "stopped in frame 31")
     assert state(run) == ("interrupted", "stopped in frame 31, kept a checkpoint")
-    with lease.held(work):
+    with lease.hold_lease(work):
         run.save(small_run, wall_seconds=2.0)
         discard(work)
     assert state(run)[0] == "done"
@@ -203,7 +203,7 @@ def test_leftovers_are_told_by_kind(run, done, small_run):
     (store / ".trash" / "old").mkdir(parents=True)
     (store / "sweep.log").touch()
     (store / "sweeps" / "fig5").mkdir(parents=True)
-    with lease.held(other[3].work):
+    with lease.hold_lease(other[3].work):
         found = {kind: {left.path for left in leftovers.find(kind, store, {done.name})} for kind in leftovers.KINDS}
     part = other[1].work / "run.nc.77.part"
     assert found == {

@@ -90,12 +90,12 @@ def test_runs_of_this_processor_count_first(of, tmp_path, monkeypatch):
 )
 def test_a_sweep_has_a_name_that_a_folder_can_have(overrides, name):
     """What changes no result does not enter, nor does the order."""
-    assert record.name_of(overrides) == name
-    assert record.name_of(overrides[::-1]) == name
+    assert record.name_sweep(overrides) == name
+    assert record.name_sweep(overrides[::-1]) == name
 
 
 def test_long_names_are_cut_and_told_apart():
-    names = {record.name_of([f"pressure={','.join(map(str, range(first, 200)))}"]) for first in (0, 100)}
+    names = {record.name_sweep([f"pressure={','.join(map(str, range(first, 200)))}"]) for first in (0, 100)}
     assert len(names) == 2
     assert all(len(name) < 140 for name in names)
 
@@ -104,16 +104,16 @@ def test_a_sweep_is_remembered(tmp_path):
     """By what asked for it; a second one of the name takes its place; an unknown name tells the known."""
     overrides = ["experiment=fig5", "fidelity=preview", f"store={tmp_path}"]
     plan = make_plan(overrides, True)
-    assert record.write(plan) == tmp_path / "sweeps" / "fig5,fidelity=preview"
-    found = record.read("fig5,fidelity=preview", tmp_path)
+    assert record.write_record(plan) == tmp_path / "sweeps" / "fig5,fidelity=preview"
+    found = record.read_record("fig5,fidelity=preview", tmp_path)
     assert found.overrides == ("experiment=fig5", "fidelity=preview")
     assert list(found.cells.values()) == [run.id for run in plan.runs]
     again = make_plan([*found.overrides, f"store={tmp_path}"], True)
     assert [run.config for run in again.runs] == [run.config for run in plan.runs]
     with pytest.raises(ConfigError, match=r"no sweep 'fig6' in the store .*; there are: fig5,fidelity=preview"):
-        record.read("fig6", tmp_path)
+        record.read_record("fig6", tmp_path)
     with pytest.raises(ConfigError, match="there are: none yet"):
-        record.read("fig6", Path(os.devnull))
+        record.read_record("fig6", Path(os.devnull))
 
 
 @pytest.mark.parametrize(
@@ -126,8 +126,8 @@ def test_numbers_as_slurm_writes_them(numbers, text):
 def test_a_run_that_was_only_asked_for_is_known(tmp_path):
     """By an end of its id, in a store whose path and a sweep whose overrides have blanks and quotes."""
     store = tmp_path / "it's a store"
-    plan = make_plan(["pressure=1,2", "reading.plastic_volume=[0.1, 10.0]", record.store_override(store)], True)
-    record.write(plan)
+    plan = make_plan(["pressure=1,2", "reading.plastic_volume=[0.1, 10.0]", record.override_store(store)], True)
+    record.write_record(plan)
     wanted = plan.runs[1]
     assert run_named(wanted.id[-10:], store).config == wanted.config
     lines = explain(wanted.id, store)

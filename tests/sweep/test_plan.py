@@ -3,7 +3,7 @@
 import pytest
 
 from snowrepro.errors import ConfigError
-from snowrepro.sweep.plan import make_claims_plan, make_plan
+from snowrepro.sweep.plan import make_claims_plan, make_plan, require_one_run_a_cell
 
 
 def test_one_run():
@@ -46,7 +46,6 @@ def test_an_experiment_names_its_runs_and_the_command_line_wins():
         (["pressure=.nan"], "pressure"),
         (["pressure=1,2"], "add -m"),
         (["shape=[ball"], "cannot read"),
-        (["experiment=fig5", "experiment.frames=[0,262]"], r"experiment.frames .262. are not stored"),
         (
             ["experiment=fig7"],
             "there is no experiment 'fig7'; there are: calibration, convergence, energy, fig2, ",
@@ -81,8 +80,6 @@ def test_claims_take_an_experiment_with_seeds():
         (["experiment=fig5", "++seed=4"], 3, "leave out the override of seed"),
         (["experiment=fig5"], 0, "seeds: should be 1 to 100 .got 0"),
         (["experiment=fig5"], 101, "seeds: should be 1 to 100 .got 101"),
-        (["experiment=convergence"], 1, "two of the runs are ball on L, sintered, pressure 340, seed 0"),
-        (["experiment=fig5", "solver.cfl=0.1,0.2"], 1, "two of the runs are ball on L, sintered, pressure 340, seed 0"),
         (["experiment=fig7"], 3, "there is no experiment 'fig7'"),
         (["experiment=fig5", "shape=[ball"], 3, "cannot read"),
     ],
@@ -90,3 +87,10 @@ def test_claims_take_an_experiment_with_seeds():
 def test_what_claims_cannot_be_judged_by_is_refused(overrides, seeds, message):
     with pytest.raises(ConfigError, match=message):
         make_claims_plan(overrides, seeds)
+
+
+@pytest.mark.parametrize("overrides", [["experiment=convergence"], ["experiment=fig5", "solver.cfl=0.1,0.2"]])
+def test_a_claim_cannot_choose_between_variants_of_a_run(overrides):
+    """Which of them would it be judged by?"""
+    with pytest.raises(ConfigError, match="two of the runs are ball on L, sintered, pressure 340, seed 0"):
+        require_one_run_a_cell(make_claims_plan(overrides, 1))

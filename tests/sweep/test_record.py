@@ -10,8 +10,8 @@ FIG5 = ["experiment=fig5", "fidelity=preview"]
 
 def ask(store, *overrides, seeds=None):
     """Remember a sweep as ``snowrepro run`` does."""
-    words = [*overrides, record.store_override(store)]
-    record.write(make_plan(with_seeds(words, seeds) if seeds else words, multirun=True))
+    words = [*overrides, record.override_store(store)]
+    record.write_record(make_plan(with_seeds(words, seeds) if seeds else words, multirun=True))
 
 
 def test_seeds_once_asked_for_are_found_again(tmp_path):
@@ -21,20 +21,20 @@ def test_seeds_once_asked_for_are_found_again(tmp_path):
     ask(tmp_path, *FIG5, "seed=7,12")
     ask(tmp_path, *FIG5, "reading.gravity=20", "seed=5")
     ask(tmp_path, "experiment=fig6", "fidelity=preview", seeds=4)
-    assert record.with_asked_seeds(FIG5, tmp_path)[-1] == "seed=0,1,7,12"
-    assert record.with_asked_seeds([*FIG5, "reading.gravity=20"], tmp_path)[-1] == "seed=5"
+    assert record.add_remembered_seeds(FIG5, tmp_path)[-1] == "seed=0,1,7,12"
+    assert record.add_remembered_seeds([*FIG5, "reading.gravity=20"], tmp_path)[-1] == "seed=5"
 
 
 @pytest.mark.parametrize("overrides", [["experiment=fig5"], [*FIG5, "seed=3"]])
 def test_nothing_is_added_where_none_was_asked_for_or_seeds_are_named(tmp_path, overrides):
     """Other overrides are another sweep; seeds that are named win."""
     ask(tmp_path, *FIG5, seeds=2)
-    assert record.with_asked_seeds(overrides, tmp_path) == overrides
+    assert record.add_remembered_seeds(overrides, tmp_path) == overrides
 
 
 def test_a_name_fits_a_folder():
     """Long names end in a digest, so that two that begin alike stay two."""
     one, other = ("fig5" + ",reading.gravity=20" * 40 + end for end in "ab")
-    assert record.shortened("fig5") == "fig5"
-    assert len(record.shortened(one)) < 140
-    assert record.shortened(one) != record.shortened(other)
+    assert record.shorten_name("fig5") == "fig5"
+    assert len(record.shorten_name(one)) < 140
+    assert record.shorten_name(one) != record.shorten_name(other)

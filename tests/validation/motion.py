@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from snowrepro.mpm import solver
-from snowrepro.mpm.laws import laws_of
+from snowrepro.mpm.constants import make_constants
 from snowrepro.scene.build import Scene, floor_and_walls
 from snowrepro.settings.case import Case
 
@@ -58,14 +58,14 @@ class Motion:
 
     def __init__(self, case: Case, scene: Scene, frame_time: float | None = None):
         solver.start_taichi(case.solver, threads=1)
-        laws = laws_of(case)
-        self.laws = dataclasses.replace(laws, frame_time=frame_time) if frame_time else laws
-        self.particles, self.nodes, self.ledger = solver.allocate(case, scene, self.laws)
+        constants = make_constants(case)
+        self.constants = dataclasses.replace(constants, frame_time=frame_time) if frame_time else constants
+        self.particles, self.nodes, self.ledger = solver.allocate(case, scene, self.constants)
 
     def advance(self, frames: int = 1, gravity: float = 0.0, damping: float = 0.0) -> None:
         """So many frames; a failure of the solver is one of the test."""
         for _ in range(frames):
-            solver.advance_frame(self.particles, self.nodes, self.ledger, self.laws, gravity, damping, False)
+            solver.advance_frame(self.particles, self.nodes, self.ledger, self.constants, gravity, damping, False)
             assert self.ledger.status[None] == 0
 
     def read(self, name: str) -> np.ndarray:
@@ -76,7 +76,7 @@ class Motion:
 
     def set_velocity(self, velocity: np.ndarray, gradient: np.ndarray) -> None:
         """A velocity field at the particles (n, 2), with its gradient (n, 2, 2) in APIC's affine matrices."""
-        inertia = self.laws.inertia * self.laws.dx**2
+        inertia = self.constants.inertia * self.constants.dx**2
         self.particles.write("velocity", velocity)
         self.particles.write("affine", gradient * inertia)
 
@@ -87,6 +87,6 @@ class Motion:
 
     def kinetic_energy(self) -> float:
         """Of the particles, the affine matrices' share included."""
-        inertia = self.laws.inertia * self.laws.dx**2
+        inertia = self.constants.inertia * self.constants.dx**2
         m, v, B = (self.read(name) for name in ("mass", "velocity", "affine"))
         return float(0.5 * (m * ((v**2).sum(axis=1) + (B**2).sum(axis=(1, 2)) / inertia)).sum())

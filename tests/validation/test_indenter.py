@@ -32,7 +32,7 @@ def press(motion: Motion, top: float, depth: float, speed: float, damping: float
         bottom = top - frame * 0.02 * speed
         indenter.set((LEFT + WIDE / 2, bottom + indenter.radius), speed, VICE)
         motion.advance(damping=damping)
-        forces.append(force_of(indenter, motion.laws))
+        forces.append(force_of(indenter, motion.constants))
     return forces
 
 
@@ -46,7 +46,7 @@ def hold(motion: Motion, bottom: float, frames: int) -> float:
     motion.advance(frames, damping=3.0)
     motion.advance(20)
     assert np.abs(motion.read("velocity")).max() < 1e-4
-    return force_of(indenter, motion.laws)
+    return force_of(indenter, motion.constants)
 
 
 @pytest.mark.nightly
@@ -105,7 +105,7 @@ def test_what_moves_together_feels_no_force(radius, compare):
         bottom = LOW + TALL - 1.0 - 0.7 * 0.02 * frame
         motion.nodes.indenter.set((LEFT + WIDE / 2, bottom + radius), 0.7, OPEN)
         motion.advance()
-        forces.append(force_of(motion.nodes.indenter, motion.laws))
+        forces.append(force_of(motion.nodes.indenter, motion.constants))
     yielding = 1.4e5 * 0.01 * WIDE
     compare(f"together, radius {radius:g}: force over the yield force", max(map(abs, forces)) / yielding, 0, abs=1e-6)
     np.testing.assert_allclose(motion.read("velocity"), np.tile([0.0, -0.7], (n, 1)), atol=1e-9)
@@ -122,7 +122,7 @@ def test_what_the_disc_gives_the_snow_gets(compare):
     for frame in range(60):
         motion.nodes.indenter.set((centre + 2.0, top + 8.0 - 3.0 * 0.02 * frame), 3.0, OPEN)
         motion.advance()
-        impulse -= 0.02 * force_of(motion.nodes.indenter, motion.laws)
+        impulse -= 0.02 * force_of(motion.nodes.indenter, motion.constants)
     momentum = float(motion.read("mass") @ motion.read("velocity")[:, 1])
     assert momentum < -0.1 * 3.0 * motion.read("mass").sum()
     compare("disc meets body: impulse over the momentum gained", impulse / momentum, 1, rel=1e-10)

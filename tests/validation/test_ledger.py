@@ -101,14 +101,14 @@ def test_sintering_puts_in_what_the_moduli_gain():
     case = compose([*ELASTIC, "sintering=paper", "material.xi=5"]).case
     places = disc(6.0)
     solver.start_taichi(case.solver, threads=1)
-    laws = dataclasses.replace(solver.laws_of(case), frame_time=1e-9)
-    particles, nodes, ledger = solver.allocate(case, in_space(case, places, 0.25), laws)
+    constants = dataclasses.replace(solver.make_constants(case), frame_time=1e-9)
+    particles, nodes, ledger = solver.allocate(case, in_space(case, places, 0.25), constants)
     particles.write("F_E", np.tile(np.diag([0.99, 1.002]), (len(places), 1, 1)))
     particles.write("J_P", np.full(len(places), 0.9))
     particles.write("density", np.full(len(places), 150.0))  # whose modulus Eq. 7 has yet to give
     accounts = []
     for sinters in (False, True):
-        solver.advance_frame(particles, nodes, ledger, laws, 0.0, 0.0, sinters)
+        solver.advance_frame(particles, nodes, ledger, constants, 0.0, 0.0, sinters)
         accounts.append(solver.frame_of(1, particles, ledger).totals)
     before, after = accounts
     gained = after["elastic_energy"] - before["elastic_energy"]
@@ -132,12 +132,12 @@ def test_energies_are_those_of_the_twin():
     places = disc(6.0, dx=2.0)
     n = len(places)
     solver.start_taichi(case.solver, threads=1)
-    laws = dataclasses.replace(solver.laws_of(case), frame_time=1e-12)
-    particles, nodes, ledger = solver.allocate(case, in_space(case, places * 2, 1.0), laws)
+    constants = dataclasses.replace(solver.make_constants(case), frame_time=1e-12)
+    particles, nodes, ledger = solver.allocate(case, in_space(case, places * 2, 1.0), constants)
     particles.write("F_E", np.eye(2) + rng.normal(0, 1e-3, (n, 2, 2)))
     particles.write("J_P", rng.uniform(0.7, 1.1, n))
     particles.write("velocity", rng.normal(0, 1, (n, 2)))
-    solver.advance_frame(particles, nodes, ledger, laws, 0.0, 0.0, False)
+    solver.advance_frame(particles, nodes, ledger, constants, 0.0, 0.0, False)
     totals = solver.frame_of(1, particles, ledger).totals
     F, J_P, mu, lam, volume, v, B, mass = (
         particles.read(name) for name in ("F_E", "J_P", "mu", "lam", "volume", "velocity", "affine", "mass")

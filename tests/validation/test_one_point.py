@@ -6,7 +6,7 @@ import taichi as ti
 
 from snowrepro.composition.compose import compose
 from snowrepro.mpm import steps
-from snowrepro.mpm.laws import laws_of
+from snowrepro.mpm.constants import make_constants
 from snowrepro.mpm.state import Particles
 from tests import twin
 
@@ -16,17 +16,17 @@ pytestmark = pytest.mark.usefixtures("taichi")
 
 
 @ti.kernel
-def update_stress(particles: ti.template(), laws: ti.template()):
+def update_stress(particles: ti.template(), constants: ti.template()):
     ti.loop_config(serialize=True)
     for group in range(particles.lane_groups):
-        steps.update_stress(group, particles, laws)
+        steps.update_stress(group, particles, constants)
 
 
 class Points:
     """Points of Table 1's snow that only ever see the strain that they are given."""
 
     def __init__(self, count: int, *overrides: str):
-        self.laws = laws_of(compose(list(overrides)).case)
+        self.constants = make_constants(compose(list(overrides)).case)
         self.particles = Particles(count)
         values = {"hardening": XI, "J_P": 1.0, "mass": RHO, "volume": 1.0, "mu": MU, "lam": LAM}
         for name, value in values.items():
@@ -36,7 +36,7 @@ class Points:
     def deform(self, increment: np.ndarray) -> None:
         """F_E becomes increment @ F_E, as in step 6, and the stress follows."""
         self.particles.write("F_E", increment @ self.read("F_E"))
-        update_stress(self.particles, self.laws)
+        update_stress(self.particles, self.constants)
 
     def read(self, name: str) -> np.ndarray:
         return self.particles.read(name)

@@ -81,7 +81,7 @@ def _find_shown(words: Sequence[str], store: str) -> "list[animation.AnimatedRun
     Raises ConfigError where a word names nothing, or no run of all has a result.
     """
     store, words = sweep_plan.split_store(words, store)
-    sweeps = record.names(store)
+    sweeps = record.list_sweeps(store)
     if any("=" in word and word not in sweeps and not Path(word).exists() for word in words):
         shown = [_show_run(run) for run in _plan_runs(words, store, sweeps)]
     else:
@@ -94,8 +94,8 @@ def _find_shown(words: Sequence[str], store: str) -> "list[animation.AnimatedRun
 def _plan_runs(words: Sequence[str], store: str, sweeps: Sequence[str]) -> "Sequence[store_run.Run]":
     """The runs that overrides ask for, or a remembered sweep with further overrides."""
     if words[0] in sweeps:
-        return record.plan_of(words[0], store, words[1:]).runs
-    plan = plans.plan_overrides([*words, record.store_override(store)], multirun=True)
+        return record.plan_remembered(words[0], store, words[1:]).runs
+    plan = plans.plan_overrides([*words, record.override_store(store)], multirun=True)
     if plan.experiment and not kinds.needs_runs(plan.runs):
         raise ConfigError(f"experiment '{plan.experiment.name}' has no runs to show")
     return plan.runs
@@ -104,7 +104,7 @@ def _plan_runs(words: Sequence[str], store: str, sweeps: Sequence[str]) -> "Sequ
 def _show_name(word: str, store: str, sweeps: Sequence[str]) -> "list[animation.AnimatedRun]":
     """The run of a file or an id, or the runs of a sweep."""
     if word in sweeps:
-        return [_show_run(run) for run in record.plan_of(word, store).runs]
+        return [_show_run(run) for run in record.plan_remembered(word, store).runs]
     if not Path(word).exists():
         return [_show_run(explain.run_named(word, store))]
     with store_run.open_run(word) as dataset:
@@ -126,5 +126,7 @@ def _explain_nothing(shown: "Sequence[animation.AnimatedRun]", words: Sequence[s
     if len(shown) == 1 and "=" not in words[0]:
         return f"run {first} has no result ({shown[0].reason}); 'snowrepro explain {first}' says more"
     problem = f"none of the {len(shown)} runs has a result (of {first}: {shown[0].reason})"
-    again = words if words[0] not in sweeps else [*record.read(words[0], shown[0].run.store).overrides, *words[1:]]
+    again = (
+        words if words[0] not in sweeps else [*record.read_record(words[0], shown[0].run.store).overrides, *words[1:]]
+    )
     return f"{problem}; this makes them: snowrepro run {'-m ' * (len(shown) > 1)}{shlex.join(again)}"

@@ -37,9 +37,10 @@ def execute(options: argparse.Namespace) -> ExitCode:
     plan = sweep_plan.make_claims_plan(overrides, DEFAULT_SEEDS if seeds is None else seeds)
     experiment = plan.experiment
     assert experiment is not None, "make_claims_plan requires one"
-    kinds.require_drawable(plan.runs)
     if not kinds.find_figure(experiment).is_judged:
         raise ConfigError(f"claims are not judged by '{experiment.name}', but by a strip or grid, such as fig5")
+    sweep_plan.require_one_run_a_cell(plan)
+    kinds.require_drawable(plan.runs)
     sweeping.build_scenes(plan)
     sweeping.run_missing(plan)
     sweeping.write_table(plan)

@@ -38,7 +38,7 @@ def execute(options: argparse.Namespace) -> ExitCode:
             raise ConfigError(f"there is no kind '{kind}' to clean; there are: {', '.join(leftovers.KINDS)}")
     if not store.is_dir():
         raise ConfigError(f"there is no store '{store}'")
-    used = {run_id for name in record.names(store) for run_id in record.read(name, store).cells.values()}
+    used = {run_id for name in record.list_sweeps(store) for run_id in record.read_record(name, store).cells.values()}
     by_kind = {kind: leftovers.find(kind, store, used) for kind in leftovers.KINDS}
     for kind, removable in by_kind.items():
         print(f"{kind:11} {len(removable):6}  {_sum_megabytes(removable)}")

@@ -47,14 +47,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(options: argparse.Namespace) -> ExitCode:
     """Write a report from the store alone: of the whole paper, or of one experiment."""
     store, words = sweep_plan.split_store(options.overrides)
-    name = words.pop(0) if words and ("=" not in words[0] or words[0] in record.names(store)) else ""
+    name = words.pop(0) if words and ("=" not in words[0] or words[0] in record.list_sweeps(store)) else ""
     if options.against:
         return _compare(name, words, options.against, store, options.against_store or store)
     names_experiment = any(word.startswith("experiment=") for word in words)
     if name == PAPER or not (name or names_experiment):
         if any(word.startswith(("seeds=", "seed=")) for word in words):
             raise ConfigError("the report on the paper shows every seed that was asked for: leave out the seeds")
-        print(f"report: {paper.write_paper([*words, record.store_override(store)], store)}")
+        print(f"report: {paper.write_paper([*words, record.override_store(store)], store)}")
         return ExitCode.FINE
     reporting.print_report(plans.expand_name(name, words, store), store)
     return ExitCode.FINE
@@ -66,7 +66,7 @@ def _compare(name: str, words: Sequence[str], against: str, store: str, against_
         raise ConfigError(f"what is '{against}' to be set beside? snowrepro report A --against {against}")
     compared = []
     for sweep, its_store in ((name, store), (against, against_store)):
-        overrides = record.with_asked_seeds(plans.expand_name(sweep, words, its_store), its_store)
+        overrides = record.add_remembered_seeds(plans.expand_name(sweep, words, its_store), its_store)
         plan = sweep_plan.make_plan(overrides, multirun=True)
         if plan.experiment is None or not kinds.needs_runs(plan.runs):
             raise ConfigError(f"'{sweep}' is no experiment with runs: there is nothing to compare")

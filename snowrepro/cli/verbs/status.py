@@ -36,7 +36,7 @@ def execute(options: argparse.Namespace) -> ExitCode:
         return _print_all_sweeps(store)
     plan = plans.plan_sweep(options.overrides, options.multirun)
     decided = todo.decide(plan, options.verify)
-    print(f"{record.name_of(plan.overrides)}: {_count_states(decided)}")
+    print(f"{record.name_sweep(plan.overrides)}: {_count_states(decided)}")
     for state in states.STATES:
         _print_runs(decided, state, options.list)
     if decided.to_run:
@@ -46,13 +46,13 @@ def execute(options: argparse.Namespace) -> ExitCode:
 
 def _print_all_sweeps(store: str) -> ExitCode:
     """Print a line for each sweep that the store remembers."""
-    names = record.names(store)
+    names = record.list_sweeps(store)
     if not names:
         screen.say(f"the store '{store}' remembers no sweep")
     for name in names:
-        recorded = record.read(name, store).recorded
+        recorded = record.read_record(name, store).recorded
         try:
-            decided = todo.decide(record.plan_of(name, store))
+            decided = todo.decide(record.plan_remembered(name, store))
             print(f"{name}: {_count_states(decided)}; asked for {recorded}")
         except ConfigError as error:  # its options were renamed or are another folder's
             print(f"{name}: cannot be planned any more: {error}")

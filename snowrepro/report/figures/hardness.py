@@ -178,7 +178,7 @@ def _draw_measures(pairs: pd.DataFrame, evidence: Evidence) -> None:
         ax.set_xticks(pressures, [f"{pressure:g}" for pressure in pressures], rotation=60, fontsize=8)
         ax.minorticks_off()
         if names[0] == "hardness":
-            ax.set_yscale("log")
+            ax.set_yscale("log" if (pairs["hardness"] > 0).any() else "linear")  # nothing measured yet
         else:
             ax.set_ylim(bottom=min(0.0, *ax.get_ylim()))
     axes[1].legend(fontsize=7, frameon=False)
@@ -213,7 +213,9 @@ def _draw_scatter(pairs: pd.DataFrame, evidence: Evidence) -> None:
             ax.annotate(text, point, (0, above), textcoords="offset points", fontsize=7, color=colour, ha="center")
     ax.axhline(0.5, color="0.85", lw=0.8, zorder=0)
     ax.margins(x=0.1)
-    ax.set(xscale="log", ylim=(-0.1, 1.05), xlabel=MEASURES["hardness"], ylabel=MEASURES["lump_fraction"])
+    if (pairs["hardness"] > 0).any():
+        ax.set_xscale("log")
+    ax.set(ylim=(-0.1, 1.05), xlabel=MEASURES["hardness"], ylabel=MEASURES["lump_fraction"])
     ax.legend(frameon=False, fontsize=8)
     save_figure(figure, evidence.folder / "scatter.png")
 

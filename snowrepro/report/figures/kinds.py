@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ...errors import ConfigError
+from ...settings.case import Case
 from ...settings.question import Experiment
 from ...store.run import Run
 
@@ -70,3 +71,15 @@ def require_drawable(runs: Sequence[Run]) -> None:
         raise ConfigError(f"experiment.frames: a {picture} needs {figure.frames} (got {len(experiment.frames)})")
     if not figure.takes_indenter and any(run.case.indenter for run in runs):
         raise ConfigError(f"a {picture} shows snow that falls: it takes no indenter")
+    for run in runs:
+        _require_stored(run.case, experiment.frames)
+
+
+def _require_stored(case: Case, frames: Sequence[int]) -> None:
+    """Raises ConfigError if a run of ``case`` will not store one of the frames."""
+    lost = [frame for frame in frames if not case.is_stored(frame)]
+    if lost:
+        raise ConfigError(
+            f"experiment.frames {lost} are not stored: frames up to {case.frames} are that are multiples of "
+            f"output.every ({case.output.every}), and the release in frame {case.loading.press_frames}"
+        )

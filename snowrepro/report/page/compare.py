@@ -12,7 +12,7 @@ from ...evidence.differences import SweepDifferences, compare_sweeps
 from ...evidence.gather import Evidence
 from ...store.files import require_writable
 from ...sweep.plan import Plan
-from ...sweep.record import shortened, unseeded
+from ...sweep.record import name_without_seeds, shorten_name
 from ..document import (
     Block,
     Document,
@@ -46,8 +46,8 @@ def write_comparison(first: Plan, second: Plan) -> Path:
 
     Raises ConfigError where their cells cannot be matched, and StoreError where the report cannot be written.
     """
-    names = [unseeded(plan.overrides) for plan in (first, second)]
-    folder = Path(first.runs[0].config.question.reports) / shortened("-against-".join(names))
+    names = [name_without_seeds(plan.overrides) for plan in (first, second)]
+    folder = Path(first.runs[0].config.question.reports) / shorten_name("-against-".join(names))
     require_writable(folder)
     differences = compare_sweeps(collect_sweep(first), collect_sweep(second))
     sides = zip((first, second), SIDES, strict=True)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ...store.run import Run
-from ...sweep.record import unseeded
+from ...sweep.record import name_without_seeds
 
 
 def find_report_folder(run: Run, overrides: Sequence[str]) -> Path:
@@ -15,4 +15,4 @@ def find_report_folder(run: Run, overrides: Sequence[str]) -> Path:
     experiment = run.config.question.experiment
     assert experiment is not None, "only an experiment has a report"
     others = [override for override in overrides if not override.startswith("experiment=")]
-    return Path(run.config.question.reports) / unseeded([f"experiment={experiment.name}", *others])
+    return Path(run.config.question.reports) / name_without_seeds([f"experiment={experiment.name}", *others])

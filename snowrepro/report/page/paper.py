@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ...composition.experiments import in_order_of_the_paper
+from ...composition.experiments import list_in_paper_order
 from ...evidence.gather import command_to_repeat
 from ...store.run import Run
 from ...sweep.plan import make_plan
-from ...sweep.record import asked, name_of, with_asked_seeds
+from ...sweep.record import add_remembered_seeds, find_records, name_sweep
 from ..document import Section, escape, format_code
 from ..figures.kinds import find_figure, needs_runs
 from ..sections import choices
@@ -28,7 +28,7 @@ class PlannedExperiment:
     def is_drawn(self) -> bool:
         """Whether it is drawn: a study without any run that was asked for is only mentioned."""
         needed = needs_runs(self.runs)
-        return not needed or bool(asked(self.overrides, self.runs[0].store)) or all(map(Run.is_done, self.runs))
+        return not needed or bool(find_records(self.overrides, self.runs[0].store)) or all(map(Run.is_done, self.runs))
 
 
 def write_paper(overrides: Sequence[str], store: str) -> Path:
@@ -36,7 +36,7 @@ def write_paper(overrides: Sequence[str], store: str) -> Path:
 
     ``overrides`` hold for each experiment.  Raises ConfigError, StoreError.
     """
-    planned = [_plan_experiment([f"experiment={name}", *overrides], store) for name in in_order_of_the_paper()]
+    planned = [_plan_experiment([f"experiment={name}", *overrides], store) for name in list_in_paper_order()]
     contents = [
         draw_experiment(each.runs, each.overrides) if each.is_drawn else _make_placeholder(each) for each in planned
     ]
@@ -44,13 +44,13 @@ def write_paper(overrides: Sequence[str], store: str) -> Path:
     for content in contents:
         if isinstance(content, ExperimentReport):
             write_experiment_page(content, [register] if find_figure(content.evidence.experiment).is_judged else ())
-    folder = Path(planned[0].runs[0].config.question.reports) / name_of(["experiment=paper", *overrides])
+    folder = Path(planned[0].runs[0].config.question.reports) / name_sweep(["experiment=paper", *overrides])
     return write_page(TITLE, contents, folder, [register])
 
 
 def _plan_experiment(overrides: Sequence[str], store: str) -> PlannedExperiment:
     """Plan an experiment with the seeds that it was asked for."""
-    seeded = with_asked_seeds(overrides, store)
+    seeded = add_remembered_seeds(overrides, store)
     return PlannedExperiment(tuple(seeded), make_plan(seeded, multirun=False).runs)
 
 

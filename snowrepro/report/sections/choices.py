@@ -7,7 +7,7 @@ from ...composition import experiments
 from ...evidence.gather import command_to_repeat, gather_evidence
 from ...evidence.variants import Comparison, compare_variants
 from ...sweep.plan import make_plan
-from ...sweep.record import asked
+from ...sweep.record import find_records
 from ..document import Section, format_code
 from . import register
 
@@ -22,7 +22,7 @@ def make_section(overrides: Sequence[str], store: str) -> Section:
     studies = experiments.studies()
     for name in studies:
         study = [f"experiment={name}", *overrides]
-        if asked(study, store):
+        if find_records(study, store):
             comparisons.append(_compare_study(study))
         else:
             text.append(f"Not run: {format_code(command_to_repeat(study))}.")

@@ -14,8 +14,8 @@ from pydantic import Field
 
 from ...evidence.claims import list_calibrated_claims
 from ...evidence.variants import Comparison, Variant, format_setting
+from ...settings.base import Settings
 from ...settings.question import Claims
-from ...settings.section import Section
 from ...store.run import Run
 from ..document import Block, Table, join_names
 
@@ -24,7 +24,7 @@ NOT_TRIED = "not tried"
 CALIBRATED = "{claims by calibration}"  # in register.yaml
 
 
-class Entry(Section):
+class Entry(Settings):
     """One choice; register.yaml says what its fields mean."""
 
     name: str

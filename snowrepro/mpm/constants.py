@@ -11,7 +11,7 @@ TOUCH = {"f64": 1e-9, "f32": 1e-4}  # grid spacings
 
 
 @dataclass(frozen=True)
-class Laws:
+class Constants:
     """Numbers of Table 1 and switches of the reading; hashable, so that a kernel can be compiled for it.
 
     Stresses are in the unit of E, lengths in the reading's unit, times in seconds.
@@ -59,7 +59,7 @@ class Laws:
     touch: float  # a particle this near touches: one that was moved to the surface is on it but for round-off
 
 
-def laws_of(case: Case) -> Laws:
+def make_constants(case: Case) -> Constants:
     """The constants of one run."""
     material, sintering, reading, solver = case.material, case.sintering, case.reading, case.solver
     E_max, nu_max = maximum_moduli(
@@ -72,7 +72,7 @@ def laws_of(case: Case) -> Laws:
     # A particle faster than this needs more substeps than are allowed, which ends the run before a sum overflows.
     fastest = solver.cfl * case.dx * solver.max_substeps / case.loading.frame_time
     particle_mass = material.rho * case.dx**2 / case.fidelity.particles_per_cell
-    return Laws(
+    return Constants(
         transfer=solver.transfer,
         flip=solver.flip,
         summation=solver.summation,
