@@ -18,10 +18,11 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from ..composition.overrides import override_folder
 from ..evidence.collect import collect_sweep
 from ..store import states
 from ..store.run import Run
-from ..sweep import record, todo
+from ..sweep import todo
 from ..sweep.estimate import estimate
 from ..sweep.launch import launch
 from ..sweep.plan import Plan, make_plan
@@ -70,7 +71,7 @@ def make_overrides(
         f"seed={','.join(map(str, range(seeds)))}",
         *(["solver.summation=in_order,fixed_point"] if twins else []),
         *([f"hydra.launcher.workers={workers}"] if workers else []),
-        record.override_store(store),
+        override_folder("store", str(store)),
         "rerun=[code,environment]",
     ]
 

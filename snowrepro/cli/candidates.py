@@ -103,7 +103,8 @@ def _settings(path: Path) -> Iterator[str]:
 def _store(options: argparse.Namespace) -> Path:
     """The store that the options name so far."""
     words = [word for word in getattr(options, "overrides", None) or () if word.startswith("store=")]
-    return Path(words[-1].removeprefix("store=") if words else getattr(options, "store", None) or "runs")
+    named = words[-1].removeprefix("store=").strip("'\"") if words else None  # Hydra's grammar takes a second to load
+    return Path(named or getattr(options, "store", None) or "runs")
 
 
 def _read_cells(path: Path) -> list[str]:

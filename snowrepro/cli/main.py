@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 from ..errors import ExitCode, NoSolver, SnowreproError
 from .deferred import deferred_imports
+from .surroundings import prepare_process
 
 # Each is a file in verbs/, of which only that of the verb that is called is imported.
 VERBS = {
@@ -37,6 +38,7 @@ with deferred_imports():  # of which a help needs nothing
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Do what a command line says, by default that of this process; exits with an ``ExitCode``."""
+    prepare_process()
     if "_ARGCOMPLETE" in os.environ:  # a shell asks what can follow
         completion.print_candidates(build_parser(completion.read_typed_words()))
     words = sys.argv[1:] if arguments is None else arguments
@@ -80,11 +82,16 @@ def _execute(options: argparse.Namespace) -> ExitCode:
         code: ExitCode = options.execute(options)
         sys.stdout.flush()
     except BrokenPipeError:  # whoever read, has read enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _print_no_more()
         code = ExitCode.FINE
     except KeyboardInterrupt:
         screen.say("interrupted; what was finished is kept, the same command goes on from there")
         code = ExitCode.INTERRUPTED
+    except OSError as error:  # a disk or a screen that takes no more, or a file that is not there any more
+        screen.say(f"error: {error.filename or 'standard output'}: {error.strerror or error}")
+        if not error.filename:
+            _print_no_more()
+        code = ExitCode.USAGE
     except ModuleNotFoundError as error:
         if error.name != "taichi":
             raise
@@ -94,6 +101,11 @@ def _execute(options: argparse.Namespace) -> ExitCode:
         screen.say(f"error: {error}")
         code = error.exit_code
     return code
+
+
+def _print_no_more() -> None:
+    """Send what is still to be printed to nowhere: to fail again at the end would be another exit code."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 class _PrintVersion(argparse.Action):

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from ..composition.overrides import override_folder
 from ..errors import ConfigError
 from ..report.figures.kinds import needs_runs, require_drawable
 from ..sweep import record
@@ -23,12 +24,17 @@ def plan_sweep(words: Sequence[str], multirun: bool) -> Plan:
     store, others = split_store(words)
     if others and others[0] in record.list_sweeps(store):
         return record.plan_remembered(others[0], store, others[1:])
-    if others and "=" not in others[0]:
+    if others and is_name(others[0]):
         record.read_record(others[0], store)  # says which there are
     plan = plan_overrides(words, multirun)
     if plan.experiment and not needs_runs(plan.runs):
         raise ConfigError(f"experiment '{plan.experiment.name}' has no runs")
     return plan
+
+
+def is_name(word: str) -> bool:
+    """Whether a word can only be the name of something, and no override."""
+    return "=" not in word and not word.startswith("~")
 
 
 def expand_name(name: str, overrides: Sequence[str], store: str) -> list[str]:
@@ -37,5 +43,5 @@ def expand_name(name: str, overrides: Sequence[str], store: str) -> list[str]:
     if name:
         is_remembered = name in record.list_sweeps(store)
         others = [*(record.read_record(name, store).overrides if is_remembered else [f"experiment={name}"]), *others]
-    others.append(record.override_store(store))
+    others.append(override_folder("store", store))
     return with_seeds(others, seeds) if seeds is not None else others

@@ -5,7 +5,7 @@ import time
 from ..errors import ExitCode, RunsFailed, StoreError
 from ..evidence.collect import write_results
 from ..report.figures.kinds import needs_runs
-from ..scene.build import build_scene
+from ..scene.build import build_scene, check_size
 from ..settings.case import Case
 from ..store import states
 from ..store.files import require_writable
@@ -22,12 +22,21 @@ MOST_NAMED = 5  # runs without a result, at the end of a sweep
 
 def build_scenes(plan: Plan) -> None:
     """Build each different scene of a plan's runs once.  Raises ConfigError where one cannot be."""
-
-    def scene(case: Case) -> tuple:
-        return case.shape, case.floor, case.fidelity, case.reading, case.indenter
-
-    for case in {scene(run.case): run.case for run in plan.runs}.values():
+    for case in _list_scenes(plan):
         build_scene(case)
+
+
+def check_sizes(plan: Plan) -> None:
+    """Count what each different scene of a plan's runs takes.  Raises ConfigError where that is too much."""
+    for case in _list_scenes(plan):
+        check_size(case)
+
+
+def _list_scenes(plan: Plan) -> list[Case]:
+    """A case of each different scene."""
+    cases = [run.case for run in plan.runs]
+    scenes = {(c.shape, c.floor, c.fidelity, c.reading, c.indenter, c.loading, c.output): c for c in cases}
+    return list(scenes.values())
 
 
 def run_missing(plan: Plan, is_whole: bool = True) -> None:

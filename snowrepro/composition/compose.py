@@ -4,13 +4,11 @@ import json
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hydra import compose as hydra_compose
 from hydra import initialize_config_dir
 from hydra.core.hydra_config import HydraConfig
-from hydra.errors import HydraException
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 from pydantic import ValidationError
@@ -21,6 +19,9 @@ from . import hydra_private
 from .drawings import read_drawings
 from .experiments import CONF_DIR, all_variants
 from .messages import explain, one_message
+from .option_files import describe_broken_file, require_small_files
+from .overrides import prepare_overrides
+from .own_options import offer_own_options
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,26 +37,33 @@ def compose(overrides: Sequence[str] = ()) -> Config:
 
 
 def compose_raw(overrides: Sequence[str], hydra_node: bool = False) -> DictConfig:
-    """Hydra's own composition; with ``hydra_node`` its settings (sweeper, launcher) come along."""
+    """Hydra's own composition; with ``hydra_node`` its settings (sweeper, launcher) come along.
+
+    Raises ConfigError.
+    """
     hydra_private.forget_hydra()
+    offer_own_options()
+    words = prepare_overrides(overrides)
+    require_small_files()
     hydra_private.offer_options("variant", all_variants(overrides))
     try:
         with initialize_config_dir(version_base="1.3", config_dir=str(CONF_DIR)), quiet_about_schemas():
-            return hydra_compose("config", [*overrides, *own_options()], return_hydra_config=hydra_node)
-    except (HydraException, OmegaConfBaseException, ValueError) as error:
-        raise ConfigError(one_message(error)) from error
+            return hydra_compose("config", words, return_hydra_config=hydra_node)
+    except Exception as error:  # Hydra passes on what its parsers, YAML and its own assertions raise
+        raise ConfigError(describe_broken_file(error) or one_message(error)) from error
 
 
 def config_loader() -> hydra_private.ConfigLoaderImpl:
     """Hydra's access to the files of all options."""
     hydra_private.forget_hydra()
+    offer_own_options()
     with initialize_config_dir(version_base="1.3", config_dir=str(CONF_DIR)):
         return hydra_private.loader_of_options()
 
 
 def option_files(overrides: Sequence[str]) -> hydra_private.CachingConfigRepository:
     """The files of all options as ``overrides``, which may add folders, and the user's folder make them up."""
-    return hydra_private.option_repository(config_loader(), "config", [*overrides, *own_options()])
+    return hydra_private.option_repository(config_loader(), "config", overrides)
 
 
 @contextmanager
@@ -64,12 +72,6 @@ def quiet_about_schemas() -> Iterator[None]:
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message=r"(?s).*validated against ConfigStore schema")
         yield
-
-
-def own_options() -> list[str]:
-    """Hydra's override that adds the user's options: those of a folder ``conf`` in the working directory."""
-    own = Path("conf").resolve()
-    return [f"hydra.searchpath=[file://{own}]"] if own.is_dir() and own != CONF_DIR else []
 
 
 def validate(raw: DictConfig) -> Config:

@@ -15,15 +15,15 @@ from hydra.core.config_store import ConfigStore
 from hydra.core.default_element import ConfigDefault
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.override_parser.overrides_parser import OverridesParser
-from hydra.core.override_parser.types import Override, OverrideType, Transformer
+from hydra.core.override_parser.types import Override, OverrideType, RangeSweep, Transformer
 from hydra.core.utils import JobReturn
 from hydra.types import HydraContext
 from omegaconf import DictConfig, OmegaConf
 
 __all__ = [
     "CachingConfigRepository", "ConfigDefault", "ConfigLoaderImpl", "Override", "OverrideType", "OverridesParser",
-    "as_text", "context_of", "forget_hydra", "initialised_hydra", "jobs_of", "loader_of_options", "offer_options",
-    "option_repository", "result_of",
+    "RangeSweep", "as_text", "context_of", "forget_hydra", "initialised_hydra", "jobs_of", "loader_of_options",
+    "offer_options", "option_repository", "result_of",
 ]  # fmt: skip
 
 

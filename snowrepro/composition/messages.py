@@ -15,19 +15,20 @@ DRAWING = ("kind", "path", "file", "width")  # keys of an outline that is read f
 def explain(item: Mapping[str, Any]) -> str:
     """One pydantic error as 'key: what is wrong (got value)'."""
     keys = item["loc"][item["loc"][:1] in [(part,) for part in PARTS] :]  # users know nothing of the parts
-    where = ".".join(map(str, keys)) or "config"
+    where = ".".join(map(str, keys))
     if item["type"] == "extra_forbidden":
         return _no_such_key(where)
     message = re.sub(r"^Value error, |^Input ", "", item["msg"])
     value = "" if isinstance(item["input"], dict) else f" (got {item['input']!r})"
     is_yaml_boolean = item["type"] == "string_type" and isinstance(item["input"], bool)  # on, off, yes, no
     remedy = ': write it in quotes, as in name: "off"' if is_yaml_boolean else ""
-    return f"{where}: {message}{value}{remedy}"
+    return f"{where}{': ' * bool(where)}{message}{value}{remedy}"
 
 
 def one_message(error: Exception) -> str:
     """Hydra's message on one line, with the right names when a key was wrong."""
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    said = next((text for each in list_causes(error) if (text := str(each).strip())), type(error).__name__)
+    lines = [line.strip() for line in said.splitlines() if line.strip()]
     text = " ".join(lines)
     choice = re.search(
         r"Could not find '([^/']+)/([^']*)' Available options in '[^']+': (.*?)( Config search path|$)", text
@@ -36,10 +37,24 @@ def one_message(error: Exception) -> str:
         return f"there is no {choice[1]} '{choice[2]}'; there are: {', '.join(choice[3].split())}"
     if "hydra/launcher/submitit" in text:
         return "this launcher is not installed: pip install 'snowrepro[slurm]'"
+    if "LexerNoViableAltException" in text:
+        return "it has letters that must stand in quotes, as in \"name='value'\""
+    relative = re.search(r"In '([^']+)': Could not override '[^']+/([^/'@]+)@", text)
+    if relative:
+        return f"{relative[1]}.yaml: a group of another folder begins with a slash: 'override /{relative[2]}: ...'"
     unknown = re.search(r"Could not override '([^']+)'", text) or re.search(r"Key '(\w+)' is not in struct", text)
     if unknown:
         return _no_such_key(unknown[1].lstrip("+"))
-    return text
+    return re.split(r" Config search path:| See https://", text)[0]
+
+
+def list_causes(error: BaseException | None) -> list[BaseException]:
+    """List an error, then what it was raised from, and so on."""
+    causes: list[BaseException] = []
+    while error is not None and error not in causes:
+        causes.append(error)
+        error = error.__cause__ or error.__context__
+    return causes
 
 
 def _section(annotation: Any) -> type[BaseModel] | None:

@@ -199,7 +199,7 @@ def _check(ledger: state.Ledger, particles: state.Particles, constants: Constant
     if status == state.TOO_MANY_SUBSTEPS:
         raise Diverged(
             f"diverged {where}: the time step fell to {ledger.smallest_step[None]:.2g} s, "
-            f"which needs more than {constants.max_substeps} substeps a frame",
+            f"with which a frame of {constants.frame_time:g} s needs more than {constants.max_substeps} substeps",
             frame,
         )
     p = ledger.particle[None]

@@ -141,6 +141,7 @@ def choose_time_step(ledger: ti.template(), constants: ti.template()):
         longest = constants.cfl * constants.dx / (ti.sqrt(ledger.wave_speed2[None]) + ti.sqrt(ledger.top_speed2[None]))
         if remaining / longest > constants.max_substeps - ledger.substeps[None]:
             ledger.status[None] = TOO_MANY_SUBSTEPS
+            ledger.smallest_step[None] = longest
         else:
             count = ti.max(1.0, ti.ceil(remaining / longest))
             ledger.dt[None] = remaining / count

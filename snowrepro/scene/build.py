@@ -7,6 +7,7 @@ import numpy as np
 from ..errors import ConfigError
 from ..settings.case import Case, Floor, Outline
 from . import outline as geometry
+from .size import require_affordable
 
 WALL_SPACINGS = 3.0  # the box around the scene is a wall this many grid spacings inside the grid
 COARSEST = 2.0  # grid spacing that the domain is sized for, so that all fidelities share one [cells]
@@ -46,6 +47,7 @@ def build_scene(case: Case) -> Scene:
             f"shape '{case.shape.name}' is too small: its area is {area:.3g} cells^2, at least "
             f"{LEAST_CELLS * dx**2:g} are needed at a grid spacing of {dx:g}"
         )
+    check_size(case)
     width, height = domain(case)
     _check_floor(case, width)
     places, depth = sample(case.shape.outline, dx, case.fidelity.particles_per_cell, case.seed)
@@ -66,6 +68,11 @@ def build_scene(case: Case) -> Scene:
         node_normal=normal.reshape(*counts, 2),
         radius=float(np.sqrt(area / np.pi)) * cell,
     )
+
+
+def check_size(case: Case) -> None:
+    """Refuse a scene that would take too much memory, before any of it is there.  Raises ConfigError."""
+    require_affordable(case, geometry.area(case.shape.outline), *domain(case))
 
 
 def sample(outline: Outline, dx: float, particles_per_cell: int, seed: int) -> tuple[np.ndarray, np.ndarray]:

@@ -15,7 +15,7 @@ ARMS = ("sintered", "unsintered")
 Point = tuple[float, float]
 Corner = Annotated[tuple[float, ...], Field(min_length=2, max_length=3)]
 APPROACH_SPACINGS = 2.0  # the reach of the cubic spline
-MOST_FRAMES = 100_000  # of a hardness test
+MOST_FRAMES = 100_000
 MOST_BULGE = 10.0  # nearly a full circle on a short chord
 
 
@@ -101,7 +101,7 @@ class Loading(Settings):
     """When the snow is pressed and how long it is watched (Sec. 4.1)."""
 
     press_frames: int = Field(gt=0, description="frames with force and sintering [1]")
-    frames: int = Field(gt=0, description="frames in all [1]")
+    frames: int = Field(gt=0, le=MOST_FRAMES, description="frames in all [1]")
     frame_time: float = Field(gt=0, le=1, description="length of a frame [s]")
 
     @model_validator(mode="after")
@@ -172,7 +172,7 @@ class Fidelity(Settings):
     """How finely the scene is resolved."""
 
     name: str
-    dx: float = Field(gt=0, le=4, description="grid spacing [cells of the paper]")
+    dx: float = Field(ge=0.01, le=3, description="grid spacing [cells of the paper]")
     particles_per_cell: int = Field(ge=1, le=64, description="particles in a grid cell at the start [1]")
 
 
@@ -186,7 +186,9 @@ class Solver(Settings):
     summation: Literal["in_order", "fixed_point", "atomic"]
     spline: Literal["quadratic", "cubic"]
     cfl: float = Field(gt=0, le=1, description="time step in units of dx / (wave speed + speed) [1]")
-    max_substeps: int = Field(gt=0, description="substeps a frame beyond which a run counts as diverged [1]")
+    max_substeps: int = Field(
+        gt=0, le=10_000_000, description="substeps a frame beyond which a run counts as diverged [1]"
+    )
     max_bounded: float = Field(ge=0, le=1, description="part of the particles at the lowest J_P, likewise [1]")
 
     @model_validator(mode="after")
@@ -226,6 +228,20 @@ class Case(Settings):
         if self.sintering.rho_max <= self.material.rho:
             raise ValueError(
                 f"sintering.rho_max ({self.sintering.rho_max}) must exceed material.rho ({self.material.rho})"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _steps_fit_in_a_frame(self) -> "Case":
+        """As long as the snow is at rest and as soft as at first; later it needs more."""
+        material = self.material
+        wave_speed = math.sqrt((material.lam + 2.0 * material.mu) / material.rho)
+        needed = self.loading.frame_time * wave_speed / (self.solver.cfl * self.dx)
+        if needed > self.solver.max_substeps:
+            raise ValueError(
+                f"a frame needs {needed:,.0f} substeps or more, solver.max_substeps allows "
+                f"{self.solver.max_substeps:,}: elastic waves cross {wave_speed:,.4g} lengths a second, a cell is "
+                f"{self.dx:g} long, and solver.cfl is {self.solver.cfl:g}"
             )
         return self
 

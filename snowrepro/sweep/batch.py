@@ -4,6 +4,7 @@ import shlex
 import sys
 from pathlib import Path
 
+from ..composition.overrides import override_folder
 from ..errors import ConfigError
 from ..store.files import published
 from . import record
@@ -49,7 +50,8 @@ def write_script(path: Path, plan: Plan, todo: Todo, most_tasks: int) -> None:
     longest = max(tasks.values(), key=len)
     folder = record.write_record(plan)
     words = [*plan.overrides, "hydra.launcher.workers=1"]
-    words = [f"store={Path(store).resolve()}" if word.startswith("store=") else word for word in words]
+    from_root = override_folder("store", str(Path(store).resolve()))
+    words = [from_root if word.startswith("store=") else word for word in words]
     text = SCRIPT.format(
         count=len(todo.to_run),
         name=folder.name,

@@ -30,6 +30,7 @@ from ..composition.hydra_private import (
     Override,
     OverridesParser,
     OverrideType,
+    RangeSweep,
     as_text,
     jobs_of,
 )
@@ -38,6 +39,7 @@ from ..settings.base import Settings
 from ..settings.config import PARTS, Config
 from ..store.run import Run
 
+MOST_RUNS = 100_000
 Job = tuple[int, ...]  # which of its values each axis has
 
 
@@ -79,6 +81,9 @@ def enumerate_runs(overrides: Sequence[Override], part: tuple[int, int] = (1, 1)
         raise ConfigError(f"a sweep cannot vary Hydra's own settings: {', '.join(swept)}")
     # As in Hydra's sweeper: the last override of a key counts, in the place of the first.
     axes = tuple({o.get_key_element(): _axis(o) for o in overrides if not o.is_hydra_override()}.values())
+    count = math.prod(len(axis.overrides) for axis in axes)
+    if count > MOST_RUNS:
+        raise ConfigError(f"this names {count:,} runs, at most {MOST_RUNS:,} are allowed")
     jobs = itertools.product(*(range(len(axis.overrides)) for axis in axes))
     chosen = itertools.islice(jobs, part[0] - 1, None, part[1])
     assembly = _Assembly(axes, always)
@@ -89,6 +94,7 @@ def _axis(override: Override) -> Axis:
     """The overrides that a sweep makes of one.  Raises ConfigError if it makes none."""
     try:
         if override.is_discrete_sweep():
+            _require_finite_range(override)
             values: list[Any] = list(
                 override.sweep_iterator()
             )  # once: a shuffled sweep comes in another order each time
@@ -102,6 +108,16 @@ def _axis(override: Override) -> Axis:
     if not texts:
         raise ConfigError(f"'{override.input_line}' names no run")
     return Axis(override.key_or_group, tuple(texts), plain)
+
+
+def _require_finite_range(override: Override) -> None:
+    """Raises ConfigError for a range of too many numbers, before they are all written out."""
+    swept = override.value()
+    if not isinstance(swept, RangeSweep) or swept.start is None or swept.stop is None:
+        return
+    count = (swept.stop - swept.start) / swept.step if swept.step else math.inf
+    if not count <= MOST_RUNS:  # or not a number
+        raise ConfigError(f"'{override.input_line}' names {count:,.0f} runs, at most {MOST_RUNS:,} are allowed")
 
 
 def _plain_values(override: Override, values: Sequence[Any], texts: Sequence[str]) -> tuple[Any, ...] | None:

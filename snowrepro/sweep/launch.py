@@ -13,11 +13,12 @@ from hydra.types import HydraContext, RunMode
 from omegaconf import DictConfig, OmegaConf, open_dict
 
 from ..composition import hydra_private
-from ..composition.compose import CONF_DIR, own_options, quiet_about_schemas
+from ..composition.compose import CONF_DIR, quiet_about_schemas
+from ..composition.overrides import override_folder, prepare_overrides
+from ..composition.own_options import offer_own_options
 from ..errors import ConfigError, RunsFailed
 from ..run import do_job
 from .plan import Plan, Planned
-from .record import override_store
 from .table import watching
 
 LOG = "sweep.log"
@@ -33,9 +34,10 @@ def launch(plan: Plan, chosen: Sequence[Planned], memory_mb: float) -> None:
     store = plan.runs[0].store.resolve()
     jobs = [_with_store(planned.overrides, store) for planned in chosen]
     hydra_private.forget_hydra()
+    offer_own_options()
     with initialize_config_dir(version_base="1.3", config_dir=str(CONF_DIR), job_name="snowrepro"):
         hydra = hydra_private.initialised_hydra()
-        overrides = [*plan.overrides, *own_options()]
+        overrides = prepare_overrides(plan.overrides)
         with quiet_about_schemas():
             config = hydra.compose_config("config", overrides, RunMode.MULTIRUN, with_log_configuration=False)
         _require_plugin(config)
@@ -66,7 +68,7 @@ def _launch(jobs: Sequence[Sequence[str]], context: HydraContext, config: DictCo
 
 def _with_store(overrides: Sequence[str], store: Path) -> list[str]:
     """A job's overrides with the store from the root: workers elsewhere start in other folders."""
-    return [*(o for o in overrides if not o.startswith("store=")), override_store(store)]
+    return [*(o for o in overrides if not o.startswith("store=")), override_folder("store", str(store))]
 
 
 def _require_plugin(config: DictConfig) -> None:

@@ -11,6 +11,8 @@ from hydra.types import RunMode
 from ..composition.compose import compose, compose_raw, config_loader
 from ..composition.experiments import variants_of
 from ..composition.hydra_private import Override, OverridesParser
+from ..composition.messages import one_message
+from ..composition.overrides import prepare_overrides, read_folder
 from ..errors import ConfigError
 from ..settings.question import Experiment
 from ..store.run import Run
@@ -80,14 +82,21 @@ def split_seeds(overrides: Sequence[str]) -> tuple[int | None, list[str]]:
 
 
 def split_store(overrides: Sequence[str], default: str = "runs") -> tuple[str, list[str]]:
-    """The store that overrides name, or the default; and the other overrides."""
-    return last_of(overrides, "store") or default, [text for text in overrides if not text.startswith("store=")]
+    """The store that overrides name, or the default; and the other overrides.  Raises ConfigError."""
+    others = [text for text in overrides if not text.startswith("store=")]
+    return last_folder(overrides, "store") or default, others
 
 
 def last_of(overrides: Sequence[str], key: str) -> str | None:
     """The value that a key is given last."""
     values = [text.removeprefix(f"{key}=") for text in overrides if text.startswith(f"{key}=")]
     return values[-1] if values else None
+
+
+def last_folder(overrides: Sequence[str], key: str) -> str | None:
+    """The folder that ``key``, which is store or reports, is given last.  Raises ConfigError."""
+    words = [text for text in overrides if text.startswith(f"{key}=")]
+    return read_folder(words[-1]) if words else None
 
 
 def with_seeds(overrides: Sequence[str], seeds: int) -> list[str]:
@@ -136,6 +145,6 @@ def _every_variant(overrides: Sequence[str]) -> dict[str, str]:
 
 def _parse(overrides: Sequence[str]) -> list[Override]:
     try:
-        return OverridesParser.create(config_loader()).parse_overrides(list(overrides))
+        return OverridesParser.create(config_loader()).parse_overrides(prepare_overrides(overrides))
     except OverrideParseException as error:
-        raise ConfigError(f"cannot read '{error.override}': {error}".splitlines()[0]) from error
+        raise ConfigError(f"cannot read '{error.override}': {one_message(error)}") from error

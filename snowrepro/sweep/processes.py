@@ -16,13 +16,15 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
-from multiprocessing import connection, forkserver
+from multiprocessing import connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
 import cloudpickle
 import psutil
+
+from .scratch import make_scratch_folder, start_server
 
 POLL_SECONDS = 0.05
 ELSEWHERE_SECONDS = 1.0  # between two looks at what another process works on
@@ -103,7 +105,7 @@ def run_jobs(jobs: Sequence[Job], limits: Limits, watch: Callable[[Sequence[Job]
     """
     waiting, elsewhere, running = deque(jobs), deque[Job](), list[_Running]()
     looked = time.monotonic()
-    with tempfile.TemporaryDirectory(prefix="snowrepro-") as scratch:
+    with tempfile.TemporaryDirectory(dir=make_scratch_folder()) as scratch:
         try:
             while waiting or elsewhere or running:
                 if elsewhere and time.monotonic() - looked > ELSEWHERE_SECONDS:
@@ -204,7 +206,7 @@ def _one_thread() -> Iterator[None]:
     before = {name: os.environ.get(name) for name in ONE_THREAD}
     os.environ.update({name: value for name, value in ONE_THREAD.items() if name not in os.environ})
     try:
-        forkserver.ensure_running()
+        start_server()
         yield
     finally:
         for name, value in before.items():

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
 
+from ..composition.overrides import override_folder
 from ..errors import ConfigError
 from ..settings.execution import Execution
 from ..store.files import read_json, write_json
@@ -81,7 +82,7 @@ def read_record(name: str, store: str | Path) -> Record:
 
 def plan_remembered(name: str, store: str | Path, more: Sequence[str] = ()) -> Plan:
     """The runs of a remembered sweep, as its overrides and ``more`` name them now.  Raises ConfigError."""
-    return make_plan([*read_record(name, store).overrides, override_store(store), *more], multirun=True)
+    return make_plan([*read_record(name, store).overrides, override_folder("store", str(store)), *more], multirun=True)
 
 
 def add_remembered_seeds(overrides: Sequence[str], store: str | Path) -> list[str]:
@@ -101,12 +102,6 @@ def find_records(overrides: Sequence[str], store: str | Path) -> list[Record]:
 def name_without_seeds(overrides: Sequence[str]) -> str:
     """A sweep's name without its seeds."""
     return name_sweep([o for o in overrides if not o.startswith("seed=")])
-
-
-def override_store(store: str | Path) -> str:
-    """The override that names a store, whatever letters its path has."""
-    quoted = str(store).replace("'", "\\'")
-    return f"store='{quoted}'"
 
 
 def list_sweeps(store: str | Path) -> list[str]:

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from snowrepro.composition.compose import compose
+from snowrepro.composition.overrides import override_folder
 from snowrepro.errors import ConfigError
 from snowrepro.store import manifest
 from snowrepro.store.cost import kind_of
@@ -126,7 +127,7 @@ def test_numbers_as_slurm_writes_them(numbers, text):
 def test_a_run_that_was_only_asked_for_is_known(tmp_path):
     """By an end of its id, in a store whose path and a sweep whose overrides have blanks and quotes."""
     store = tmp_path / "it's a store"
-    plan = make_plan(["pressure=1,2", "reading.plastic_volume=[0.1, 10.0]", record.override_store(store)], True)
+    plan = make_plan(["pressure=1,2", "reading.plastic_volume=[0.1, 10.0]", override_folder("store", str(store))], True)
     record.write_record(plan)
     wanted = plan.runs[1]
     assert run_named(wanted.id[-10:], store).config == wanted.config

@@ -2,6 +2,7 @@
 
 import pytest
 
+from snowrepro.composition.overrides import override_folder
 from snowrepro.sweep import record
 from snowrepro.sweep.plan import make_plan, with_seeds
 
@@ -10,7 +11,7 @@ FIG5 = ["experiment=fig5", "fidelity=preview"]
 
 def ask(store, *overrides, seeds=None):
     """Remember a sweep as ``snowrepro run`` does."""
-    words = [*overrides, record.override_store(store)]
+    words = [*overrides, override_folder("store", str(store))]
     record.write_record(make_plan(with_seeds(words, seeds) if seeds else words, multirun=True))
 
 

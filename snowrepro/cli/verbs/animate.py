@@ -5,7 +5,7 @@ import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
-from ...composition import compose
+from ...composition import compose, overrides
 from ...errors import ConfigError, ExitCode
 from ...report.figures import kinds
 from ...report.film import animation
@@ -95,7 +95,7 @@ def _plan_runs(words: Sequence[str], store: str, sweeps: Sequence[str]) -> "Sequ
     """The runs that overrides ask for, or a remembered sweep with further overrides."""
     if words[0] in sweeps:
         return record.plan_remembered(words[0], store, words[1:]).runs
-    plan = plans.plan_overrides([*words, record.override_store(store)], multirun=True)
+    plan = plans.plan_overrides([*words, overrides.override_folder("store", store)], multirun=True)
     if plan.experiment and not kinds.needs_runs(plan.runs):
         raise ConfigError(f"experiment '{plan.experiment.name}' has no runs to show")
     return plan.runs

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from ...errors import ExitCode
 from ...sweep import batch, todo
-from .. import candidates, costs, plans
+from .. import candidates, costs, plans, sweeping
 from ..arguments import SWEEP, add_multirun, add_verify, complete_by
 
 HELP = """\
@@ -34,6 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(options: argparse.Namespace) -> ExitCode:
     """Say what would be run and why, without running anything."""
     plan = plans.plan_sweep(options.overrides, options.multirun)
+    sweeping.check_sizes(plan)
     decided = todo.decide(plan, options.verify)
     for line in costs.describe_todo(plan, decided, costs.estimate_todo(plan, decided)):
         print(line)

@@ -3,6 +3,7 @@
 import argparse
 from collections.abc import Sequence
 
+from ...composition import overrides
 from ...errors import ConfigError, ExitCode
 from ...report.figures import kinds
 from ...report.page import compare, paper
@@ -35,11 +36,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     complete_by(against, candidates.any_of(candidates.list_sweeps, candidates.list_experiments))
     parser.add_argument("--against-store", metavar="FOLDER", help="where the runs of B are (default: the same store)")
-    overrides = parser.add_argument(
+    words = parser.add_argument(
         "overrides", nargs="*", help="experiment or name of a remembered sweep (default: the paper); overrides"
     )
     complete_by(
-        overrides,
+        words,
         candidates.any_of(candidates.list_sweeps, candidates.list_experiments, candidates.list_overrides),
     )
 
@@ -47,14 +48,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(options: argparse.Namespace) -> ExitCode:
     """Write a report from the store alone: of the whole paper, or of one experiment."""
     store, words = sweep_plan.split_store(options.overrides)
-    name = words.pop(0) if words and ("=" not in words[0] or words[0] in record.list_sweeps(store)) else ""
+    name = words.pop(0) if words and (plans.is_name(words[0]) or words[0] in record.list_sweeps(store)) else ""
     if options.against:
         return _compare(name, words, options.against, store, options.against_store or store)
     names_experiment = any(word.startswith("experiment=") for word in words)
     if name == PAPER or not (name or names_experiment):
         if any(word.startswith(("seeds=", "seed=")) for word in words):
             raise ConfigError("the report on the paper shows every seed that was asked for: leave out the seeds")
-        print(f"report: {paper.write_paper([*words, record.override_store(store)], store)}")
+        page = paper.write_paper([*words, overrides.override_folder("store", store)], store)
+        print(f"report: {page}")
         return ExitCode.FINE
     reporting.print_report(plans.expand_name(name, words, store), store)
     return ExitCode.FINE

@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(options: argparse.Namespace) -> ExitCode:
     """Forget the failures of a run or a sweep, and run it again."""
     store, words = sweep_plan.split_store(options.overrides)
-    names_run = words[:1] and "=" not in words[0] and words[0] not in record.list_sweeps(store)
+    names_run = words[:1] and plans.is_name(words[0]) and words[0] not in record.list_sweeps(store)
     plan = None if names_run else plans.plan_sweep(options.overrides, options.multirun)
     runs = plan.runs if plan else [explain.run_named(words[0], store)]
     failed = [run for run in runs if states.standing(run).state in (states.FAILED, states.TIMED_OUT)]

@@ -1,6 +1,7 @@
 """What all pictures share: colours, the background of a scene, particles, fragments."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import matplotlib as mpl
@@ -15,8 +16,6 @@ from ...scene.build import domain
 from ...scene.outline import polyline
 from ...store.run import Run
 
-mpl.use("Agg")
-
 # The paper's solver draws in these colours (legacy Taichi).
 SKY, FLOOR, SNOW = "#668e93", "#307a78", "#f0f0ff"
 LUMPS = ("#E69F00", "#56B4E9", "#F0E442", "#D55E00", "#CC79A7")  # Okabe-Ito without green and blue
@@ -24,6 +23,14 @@ POWDER = "#c3cacf"
 SINTERED, UNSINTERED = "#D55E00", "#555555"  # of curves
 DPI = 110
 COVER = 1.45  # diameter of a particle [lattice spacings]
+
+
+@contextmanager
+def own_style() -> Iterator[None]:
+    """Within it, figures are drawn with Matplotlib's defaults, whatever the user's own settings are."""
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        yield
 
 
 def get_panel_size(run: Run) -> tuple[float, float]:

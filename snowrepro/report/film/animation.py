@@ -9,7 +9,7 @@ import numpy as np
 from ...errors import ConfigError
 from ...store.run import Run, open_run
 from ..drawing.colouring import COLOURINGS, make_scale
-from ..drawing.common import get_panel_size
+from ..drawing.common import get_panel_size, own_style
 from .movie import Movie, require_writer, write_movie
 from .panels import arrange_panels, find_varied_keys, format_label, format_title
 from .stage import MOMENT, MovingSnow, Panel, Stage, find_last_state
@@ -47,6 +47,7 @@ class AnimationSettings:
     width: int = 1080
 
 
+@own_style()
 def animate(
     animated_runs: Sequence[AnimatedRun],
     settings: AnimationSettings,

@@ -30,7 +30,7 @@ from ..document import (
     relocate_picture,
     walk_blocks,
 )
-from ..drawing.common import SINTERED, UNSINTERED, save_figure
+from ..drawing.common import SINTERED, UNSINTERED, own_style, save_figure
 from ..figures.kinds import find_figure
 from .about import make_run_sections
 from .page import ExperimentReport, draw_experiment, write_document
@@ -41,6 +41,7 @@ MOST_LISTED = 30  # changed settings
 COLOURS = {"A": UNSINTERED, "B": SINTERED}
 
 
+@own_style()
 def write_comparison(first: Plan, second: Plan) -> Path:
     """Write the comparison of two sweeps of an experiment from their stores alone; returns the page.
 

@@ -10,6 +10,7 @@ from ...store.files import require_writable
 from ...store.run import Run
 from ...summary.row import ARM
 from ..document import Block, Document, FigureContent, Section, escape, relocate_block
+from ..drawing.common import own_style
 from ..figures.kinds import find_figure
 from ..sections.records import write_json
 from ..viewer.viewer import Viewer, embed_runs
@@ -59,6 +60,7 @@ class ExperimentReport:
         return Section(experiment.name, escape(experiment.title), blocks, escape(experiment.says), self.command, runs)
 
 
+@own_style()
 def draw_experiment(runs: Sequence[Run], overrides: Sequence[str], folder: Path | None = None) -> ExperimentReport:
     """Draw an experiment's pictures and write its tables.
 
@@ -83,6 +85,7 @@ def write_experiment_page(report: ExperimentReport, sections: Sequence[Section] 
     return write_page(report.evidence.experiment.title, [report], report.evidence.folder, sections)
 
 
+@own_style()
 def write_page(
     title: str, contents: Sequence[ExperimentReport | Section], folder: Path, more: Sequence[Section] = ()
 ) -> Path:

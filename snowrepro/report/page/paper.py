@@ -10,6 +10,7 @@ from ...store.run import Run
 from ...sweep.plan import make_plan
 from ...sweep.record import add_remembered_seeds, find_records, name_sweep
 from ..document import Section, escape, format_code
+from ..drawing.common import own_style
 from ..figures.kinds import find_figure, needs_runs
 from ..sections import choices
 from .page import ExperimentReport, draw_experiment, write_experiment_page, write_page
@@ -31,6 +32,7 @@ class PlannedExperiment:
         return not needed or bool(find_records(self.overrides, self.runs[0].store)) or all(map(Run.is_done, self.runs))
 
 
+@own_style()
 def write_paper(overrides: Sequence[str], store: str) -> Path:
     """Write the report on all of the paper's experiments from the store alone; returns the page.
 

@@ -1,0 +1,88 @@
+"""The files of the user's folder ``conf``: what is wrong with one, and whether it is small enough to be read."""
+
+import functools
+from collections.abc import Iterator
+from pathlib import Path
+
+import yaml
+from omegaconf import OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+
+from ..errors import ConfigError
+from .experiments import CONF_DIR
+from .messages import list_causes
+
+OWN = Path("conf")
+MOST_BYTES = 1_000_000
+MOST_VALUES = 10_000  # with what anchors repeat
+
+
+def describe_broken_file(error: Exception) -> str:
+    """Say in which of the user's files, where and why reading failed with ``error``; empty if it was in none."""
+    causes = list_causes(error)
+    broken = [(path, found) for path in _list_files() if (found := _try_to_read(path))]
+    alike = [(path, found) for path, found in broken if type(found) in map(type, causes)]
+    same = [(path, found) for path, found in alike if str(found) in map(str, causes)]  # with the file's path, in most
+    return next((_describe(path, found) for path, found in (*same, *alike)), "")
+
+
+def _try_to_read(path: Path) -> Exception | None:
+    """Read a file as Hydra does; returns what went wrong."""
+    try:
+        OmegaConf.to_container(OmegaConf.load(path.resolve()), resolve=True)
+    except (yaml.YAMLError, OmegaConfBaseException, ValueError, OSError, RecursionError) as error:
+        return error
+    return None
+
+
+def _describe(path: Path, error: Exception) -> str:
+    """Say at which place and why a file cannot be read."""
+    if isinstance(error, UnicodeDecodeError):
+        lines_before = error.object[: error.start].count(b"\n")
+        return f"{path}, line {lines_before + 1}: is not in UTF-8; save it in that encoding"
+    if isinstance(error, yaml.MarkedYAMLError) and error.problem_mark:
+        return f"{path}, line {error.problem_mark.line + 1}: {error.problem}"
+    first_line = str(error).partition("\n")[0]
+    return f"{path}: cannot be read: {first_line}"
+
+
+def require_small_files() -> None:
+    """Raises ConfigError if one of the user's files would take too much time or memory to be read."""
+    for path in _list_files():
+        try:
+            status = path.stat()
+        except OSError:
+            continue  # Hydra says so, if it is used
+        _require_small(path, status.st_size, status.st_mtime_ns)
+
+
+@functools.lru_cache(maxsize=1024)
+def _require_small(path: Path, size: int, _changed: int) -> None:
+    """Raises ConfigError if a file is too large, or says too much by repeating what it has."""
+    if size > MOST_BYTES:
+        raise ConfigError(f"{path} has {size:,} bytes, at most {MOST_BYTES:,} are read")
+    try:
+        node = yaml.compose(path.read_text(encoding="utf-8"), Loader=yaml.SafeLoader)
+    except (OSError, ValueError, yaml.YAMLError, RecursionError):
+        return  # Hydra says so, if it is used
+    count = _count_values(node, {})
+    if count > MOST_VALUES:
+        raise ConfigError(f"{path} has {count:,} values with what its anchors repeat, at most {MOST_VALUES:,} are read")
+
+
+def _count_values(node: yaml.Node | None, known: dict[int, int]) -> int:
+    """Count the values below a node, those that an anchor repeats each time; ``known`` keeps the count of each node."""
+    if not isinstance(node, yaml.CollectionNode):
+        return 1
+    if id(node) not in known:
+        known[id(node)] = MOST_VALUES + 1  # what holds itself has no end
+        inner = node.value if isinstance(node, yaml.SequenceNode) else [each for pair in node.value for each in pair]
+        known[id(node)] = 1 + sum(_count_values(each, known) for each in inner)
+    return known[id(node)]
+
+
+def _list_files() -> Iterator[Path]:
+    """The files in the user's folder that can be options: one or two folders deep, as the built-in ones."""
+    if OWN.is_dir() and OWN.resolve() != CONF_DIR:
+        for pattern in ("*.yaml", "*/*.yaml", "*/*/*.yaml"):
+            yield from (path for path in sorted(OWN.glob(pattern)) if path.is_file())
