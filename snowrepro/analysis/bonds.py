@@ -7,7 +7,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import Delaunay, QhullError, cKDTree
+from scipy.spatial import Delaunay, QhullError
+
+from .near import find_near_pairs
 
 LEAST_RATIO = 1e-12  # of lengths, where both ends came to one place
 
@@ -55,7 +57,7 @@ def lay_bonds(positions: np.ndarray, longest: float) -> Bonds:
     try:
         pairs = _list_edges(Delaunay(positions))
     except (QhullError, ValueError):
-        pairs = cKDTree(positions).query_pairs(longest, output_type="ndarray").astype(np.int32)
+        pairs = find_near_pairs(positions, longest).astype(np.int32)
     length = np.sqrt(_squared_lengths(positions, pairs))
     is_bond = (length <= longest) & (length > 0)
     return Bonds(pairs[is_bond], length[is_bond])

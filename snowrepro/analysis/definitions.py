@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 from ..settings.analysis import Analysis
 from .bonds import BondHistory, Bonds
 from .motion import Motion
+from .near import find_near_pairs
 from .tree import find_components, find_core_strain, find_holding_strain, sort_by_particle
 
 
@@ -78,5 +79,5 @@ def _connect_near(motion: Motion, index: int, is_solid: np.ndarray, spacings: fl
     """Number the components (n,) of solid particles nearer than ``spacings`` grid spacings; the others are alone."""
     solid = np.flatnonzero(is_solid)
     places = motion.position[index][solid].astype(float)
-    pairs = cKDTree(places).query_pairs(spacings * motion.grid_spacing, output_type="ndarray")
+    pairs = find_near_pairs(places, spacings * motion.grid_spacing)
     return find_components(solid[pairs], len(is_solid))

@@ -166,7 +166,7 @@ def tabulate_fragments(fragments: Fragments, motion: Motion) -> pd.DataFrame:
         "particles": np.bincount(label, minlength=size),
         "mass": total,
     }
-    names = AXES[: motion.dimensions]
+    names = motion.axes[: motion.dimensions]
     for name, values in (("centre", centre), ("extent", extent), ("velocity", velocity)):
         columns |= {f"{name}_{axis}": values[:, d] for d, axis in enumerate(names)}
     columns["gyration"] = np.sqrt(mean((arm**2).sum(axis=1)))

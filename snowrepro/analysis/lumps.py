@@ -87,6 +87,7 @@ class Classification:
         lump = np.stack([fragments.is_lump[fragments.label] for fragments in self.fragments])
         frames = [fragments.frame for fragments in self.fragments]
         about = {"long_name": "id of the fragment; the heaviest heir keeps it", "units": "1"}
+        ids = self.motion.particle_id
         return xr.Dataset(
             {
                 "fragment": (("snapshot", "particle"), label.astype(np.int32), about),
@@ -97,6 +98,7 @@ class Classification:
             {
                 "snapshot": ("snapshot", frames, {"long_name": "frame of these fragments", "units": "1"}),
                 "state": ("state", self.broken.index.to_numpy(), {"long_name": "frame of a state", "units": "1"}),
+                **({} if ids is None else {"particle_id": ("particle", ids, {"long_name": "id in the data"})}),
             },
             {
                 "title": "fragments of snow",

@@ -5,12 +5,14 @@ from typing import Any
 
 from rich.console import Console
 
+from .. import text
+
 console = Console(stderr=True, highlight=False)
 
 
-def say(text: str) -> None:
-    """A line on the error stream."""
-    console.print(text, markup=False, soft_wrap=True)
+def say(message: str) -> None:
+    """A line, or several, on the error stream; no text in it acts on the terminal."""
+    console.print(text.make_lines_printable(message), markup=False, emoji=False, soft_wrap=True)
 
 
 def print_rows(row: Mapping[str, Any]) -> None:
@@ -18,4 +20,4 @@ def print_rows(row: Mapping[str, Any]) -> None:
     width = max(len(name) for name in row)
     for name, value in row.items():
         form = ".5g" if isinstance(value, float) else "," if type(value) is int else ""
-        print(f"{name:{width}}  {value:{form}}")
+        print(f"{name:{width}}  {text.make_printable(format(value, form))}")

@@ -14,6 +14,7 @@ import xarray as xr
 from ..errors import ConfigError, StoreError
 from ..store import cf, states
 from ..store.files import published
+from ..store.netcdf import UNREADABLE, open_netcdf, write_netcdf
 from ..store.run import Run
 from ..summary.columns import CASE_COLUMNS, Column, find_columns
 from ..summary.row import read_row
@@ -92,9 +93,9 @@ def open_sweep(name: str | Path, store: str | Path = "runs") -> xr.Dataset:
 def _read_grid(path: Path) -> xr.Dataset:
     """Read the grid of a results.nc.  Raises ConfigError where the file cannot be read as one."""
     try:
-        with xr.open_dataset(path) as dataset:
+        with open_netcdf(path) as dataset:
             return cf.sweep_as_read(dataset.load())
-    except (OSError, ValueError) as error:
+    except (StoreError, *UNREADABLE) as error:
         raise ConfigError(f"{path} cannot be read as the results of a sweep: {error}") from error
 
 
@@ -132,7 +133,7 @@ def write_tables(sweep: CollectedSweep, folder: Path) -> None:
     packed = [name for name in grid.data_vars if grid[name].dtype == float and grid[name].size >= LEAST_PACKED]
     dataset = cf.sweep_as_file(grid, f"{grid.attrs.get('created', '')} put together by snowrepro".strip())
     with published(folder / NETCDF) as partial:
-        dataset.to_netcdf(partial, engine="netcdf4", encoding=dict.fromkeys(packed, PACKED))
+        write_netcdf(dataset, partial, dict.fromkeys(packed, PACKED))
 
 
 def collect_sweep(plan: Plan) -> CollectedSweep:

@@ -11,6 +11,8 @@ from dataclasses import dataclass, replace
 
 import pandas as pd
 
+from ..text import make_printable
+
 
 @dataclass(frozen=True)
 class Picture:
@@ -102,8 +104,12 @@ class Document:
 
 
 def escape(text: object) -> str:
-    """Escape text from data, so that no letter of it is taken for Markdown."""
-    return re.sub(r"([\\`*_{}\[\]()#+!|<>~&])", r"\\\1", str(text))
+    """Escape text from data, so that no letter of it is taken for Markdown, and no line of it for a block."""
+    return re.sub(r"([\\`*_{}\[\]()#+!|<>~&])", r"\\\1", _put_on_one_line(text))
+
+
+def _put_on_one_line(text: object) -> str:
+    return make_printable(re.sub(r"\s*[\r\n]\s*", " ", str(text)))
 
 
 def escape_cell(value: object) -> object:
@@ -113,9 +119,10 @@ def escape_cell(value: object) -> object:
 
 def format_code(text: object) -> str:
     """Format text as inline code, also if it contains backticks."""
-    longest = max(map(len, re.findall("`+", str(text))), default=0)
+    code = _put_on_one_line(text)
+    longest = max(map(len, re.findall("`+", code)), default=0)
     fence = "`" * (longest + 1)
-    return f"{fence} {text} {fence}" if longest else f"`{text}`"
+    return f"{fence} {code} {fence}" if longest else f"`{code}`"
 
 
 def format_list(lines: Sequence[str]) -> str:

@@ -14,6 +14,7 @@ from . import cf
 from .bits import digests
 from .cost import Kind, kind_of
 from .files import flush, published
+from .netcdf import UNREADABLE, open_netcdf, write_netcdf
 
 __all__ = [
     "Kind", "digests", "kind_of", "read_checkpoint", "read_derived", "read_result", "write_checkpoint", "write_derived",
@@ -29,34 +30,31 @@ def write_result(path: Path, dataset: xr.Dataset) -> None:
     """Write a run's Dataset, by the CF conventions, and have it on the disk."""
     written = cf.run_as_file(dataset, f"{dataset.attrs['created']} simulated by snowrepro")
     encoding = {name: PACKED for name in written.variables if {"snapshot", "particle"} <= {*written[name].dims}}
-    written.to_netcdf(path, engine="netcdf4", encoding=encoding)
+    write_netcdf(written, path, encoding)
     flush(path)
 
 
-def read_result(path: Path) -> xr.Dataset:
-    """Open a run's Dataset as ``simulate`` gave it, or another code's file as it is; values are read when used.
+def read_result(path: Path, group: str | None = None) -> xr.Dataset:
+    """Open a run's Dataset as ``simulate`` gave it, or another code's file, or a group of it, as it is.
 
-    Raises StoreError if it cannot be read.
+    Values are read when used.  Raises StoreError if it cannot be read.
     """
-    try:
-        return cf.run_as_read(xr.open_dataset(path))
-    except (OSError, ValueError) as error:
-        raise StoreError(f"{path} cannot be read as a run: {error}") from error
+    return cf.run_as_read(open_netcdf(path, group))
 
 
 def write_derived(path: Path, dataset: xr.Dataset, key: str) -> None:
     """Write what was derived from a result, under the key of what derived it."""
     encoding = {name: PACKED for name in dataset.data_vars if dataset[name].size > 1}
     with published(path, durable=False) as partial:
-        dataset.assign_attrs({KEY: key}).to_netcdf(partial, engine="netcdf4", encoding=encoding)
+        write_netcdf(dataset.assign_attrs({KEY: key}), partial, encoding)
 
 
 def read_derived(path: Path, key: str) -> xr.Dataset | None:
     """What was written under a key, read whole; None if it was under another, or cannot be read."""
     try:
-        with xr.open_dataset(path) as dataset:
+        with open_netcdf(path) as dataset:
             return dataset.load() if dataset.attrs.get(KEY) == key else None
-    except (OSError, ValueError, RuntimeError):
+    except (StoreError, *UNREADABLE):
         return None
 
 

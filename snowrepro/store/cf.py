@@ -70,8 +70,11 @@ def run_as_file(dataset: xr.Dataset, history: str) -> xr.Dataset:
 
 def run_as_read(dataset: xr.Dataset) -> xr.Dataset:
     """The run of a file as ``simulate`` gave it, nothing read yet; any other Dataset as it is."""
-    if "config" not in dataset.attrs or "particle_id" not in dataset.coords:
+    parts = {part for names in PARTS.values() for part in names}
+    if "config" not in dataset.attrs or "particle_id" not in dataset.coords or not parts <= {*dataset.variables}:
         return dataset
+    if any(dataset[part].dims != dataset["x"].dims for part in parts) or "axis" in dataset.variables:
+        return dataset  # another code's
     wholes = {name: _together(dataset, name) for name in PARTS}
     rest = dataset.drop_vars(["particle_id", *(part for parts in PARTS.values() for part in parts)])
     coords = {**rest.coords, "axis": ("axis", [*DIRECTIONS], AXIS)}
@@ -117,7 +120,7 @@ def _together(dataset: xr.Dataset, name: str) -> xr.Variable:
     """A vector of its parts in a file."""
     parts = [dataset[part].variable for part in PARTS[name]]
     about = {key: value for key, value in parts[0].attrs.items() if key in ("units", "reading_units")}
-    long_name = parts[0].attrs["long_name"].rpartition(",")[0]
+    long_name = str(parts[0].attrs.get("long_name", "")).rpartition(",")[0]
     values = indexing.LazilyIndexedArray(_Stacked(parts))
     return xr.Variable((*parts[0].dims, "axis"), values, {"long_name": long_name, **about})
 

@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any
 from ..errors import StoreError
 from ..settings.case import MODEL_VERSION, Case
 from ..settings.config import Config
+from ..text import make_printable
 from . import lease, manifest
 from .files import flush, read_json, write_json, writing
 from .identity import run_id
@@ -215,11 +216,26 @@ def open_run(id_or_path: str | Path, store: str | Path = "runs") -> "xr.Dataset"
 
     Another code's file is opened as it is.  Raises StoreError if there is no such file or it cannot be read.
     """
+    return _arrays().read_result(find_result(id_or_path, store))
+
+
+def open_particles(id_or_path: str | Path, store: str | Path = "runs", group: str | None = None) -> "xr.Dataset":
+    """Open a run as ``open_run`` does, or the particles of another code in a file or in a ``group`` of it."""
+    return _arrays().read_result(find_result(id_or_path, store), group)
+
+
+def find_result(id_or_path: str | Path, store: str | Path) -> Path:
+    """Find the file of a run by its id in ``store``, or by the path of its file or folder.
+
+    It may be no regular file; only its reader can say so.  Raises StoreError if there is nothing.
+    """
     for candidate in (Path(id_or_path), Path(store) / id_or_path):
-        path = candidate / RESULT if candidate.is_dir() else candidate
-        if path.is_file():
-            return _arrays().read_result(path)
-    raise StoreError(f"there is no run '{id_or_path}': neither a file nor an id in the folder '{store}'")
+        with suppress(OSError, ValueError):  # a name too long, a folder that may not be entered, a name with a zero
+            path = candidate / RESULT if candidate.is_dir() else candidate
+            if path.exists():
+                return path
+    name = make_printable(id_or_path)
+    raise StoreError(f"there is no run '{name}': neither a file nor an id in the folder '{make_printable(store)}'")
 
 
 def _arrays() -> ModuleType:

@@ -9,13 +9,20 @@ import numpy as np
 import xarray as xr
 from pydantic import ValidationError
 
+from ..analysis.layout import Names
 from ..analysis.lumps import Classification, classify_motion
 from ..analysis.motion import read_motion
 from ..composition.compose import compose
-from ..errors import ConfigError
+from ..errors import ConfigError, DataError
 from ..settings.analysis import Analysis
 from ..store import cf
 from ..store.files import published
+from ..store.netcdf import write_netcdf
+from ..text import make_printable
+from .measure import NEEDED
+
+LONGEST_CONFIG = 1_000_000  # letters
+SECTIONS = frozenset(("shape", "floor", "material", "sintering", "loading", "reading", "fidelity"))  # of a case
 
 
 def classify(
@@ -23,7 +30,7 @@ def classify(
     analysis: Analysis | None = None,
     *,
     frames: Sequence[int] | Literal["all"] | None = None,
-    mass: np.ndarray | float | None = None,
+    mass: np.ndarray | float | str | None = None,
     release: int | None = None,
     grid_spacing: float | None = None,
     cell_mass: float | None = None,
@@ -36,11 +43,25 @@ def classify(
     ``mass`` (n,), ``release`` (a frame), ``grid_spacing`` and ``cell_mass`` win over what the data says.
     ``analysis`` and ``settings`` by name (``definition="proximity"``, ``break_strain=0.2``) define what a lump is; by
     default the run's own configuration does, or conf/analysis/bonds.yaml.
+    Variables and dimensions of a Dataset that have other names than the usual ones are named likewise, as in
+    ``layout.Names``: ``position="coordinates"`` or ``"x,y"``, ``velocity``, ``particle_id``, ``time``,
+    ``time_dimension``, ``particle_dimension``; ``mass`` may be a name too.  "none": the data has none.
     Raises DataError for data that cannot be classified and ConfigError for wrong settings.
     """
     if isinstance(data, xr.Dataset):
         data = cf.run_as_read(data)
-    motion = read_motion(data, mass=mass, release=release, grid_spacing=grid_spacing, cell_mass=cell_mass)
+    names = Names(
+        mass=mass if isinstance(mass, str) else None,
+        **{name: settings.pop(name) for name in Names.list_fields() if name in settings},
+    )
+    motion = read_motion(
+        data,
+        names=names,
+        mass=None if isinstance(mass, str) else mass,
+        release=release,
+        grid_spacing=grid_spacing,
+        cell_mass=cell_mass,
+    )
     if analysis is None:
         analysis = read_analysis(data) if isinstance(data, xr.Dataset) else compose_analysis()
     analysis = change_settings(analysis, settings)
@@ -51,8 +72,31 @@ def classify(
 
 def read_analysis(dataset: xr.Dataset) -> Analysis:
     """Read from a run of ours the settings that it is to be classified by; for other data return the usual ones."""
-    config = json.loads(dataset.attrs.get("config", "{}"))
-    return Analysis.model_validate(config["analysis"]) if "analysis" in config else compose_analysis()
+    config = read_run_config(dataset) or {}
+    if "analysis" not in config:
+        return compose_analysis()
+    try:
+        return Analysis.model_validate(config["analysis"])
+    except ValidationError as error:
+        wrong = make_printable(error.errors()[0]["msg"])
+        raise DataError(f"its attribute config does not say how the run is to be analysed: {wrong}") from error
+
+
+def read_run_config(dataset: xr.Dataset) -> dict[str, Any] | None:
+    """Read the configuration of a run of ours; None where a Dataset is of another code, whatever its 'config' is."""
+    text = dataset.attrs.get("config")
+    if not isinstance(text, str) or len(text) > LONGEST_CONFIG:
+        return None
+    try:
+        config = json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+    return config if isinstance(config, dict) and SECTIONS <= config.keys() else None
+
+
+def is_whole_run(dataset: xr.Dataset) -> bool:
+    """Whether a Dataset is a run of ours with all that its row of numbers is computed from."""
+    return read_run_config(dataset) is not None and NEEDED <= {*dataset.variables} and "release_frame" in dataset.attrs
 
 
 def compose_analysis() -> Analysis:
@@ -67,6 +111,7 @@ def write_classification(classification: Classification, folder: Path) -> None:
     """
     content = {
         **classification.measures(),
+        "units": {"length": classification.motion.unit or "unknown", "time": classification.motion.time_unit},
         "assumed": classification.assumed,
         "analysis": classification.analysis.model_dump(),
     }
@@ -75,7 +120,7 @@ def write_classification(classification: Classification, folder: Path) -> None:
     with published(folder / "fragments.csv") as partial:
         classification.table().to_csv(partial, index=False, float_format="%.6g", lineterminator="\n")
     with published(folder / "fragments.nc") as partial:
-        cf.as_file(classification.to_dataset(), "classified by snowrepro").to_netcdf(partial, engine="netcdf4")
+        write_netcdf(cf.as_file(classification.to_dataset(), "classified by snowrepro"), partial)
 
 
 def change_settings(analysis: Analysis, settings: dict[str, Any]) -> Analysis:

@@ -17,6 +17,12 @@ from ..analysis.motion import read_motion
 from ..mpm.ledger import unclosed_share
 from ..settings.analysis import Analysis
 
+NEEDED = {  # variables of a run's Dataset
+    "position", "velocity", "mass", "snapshot", "snapshot_time", "frame", "substeps", "mean_density", "mean_young",
+    "mean_hardening", "mean_factor", "poisson_capped", "density_capped", "hardening_capped", "hardening_floored",
+    "volume_bounded", "ended_inside", "momentum_y", "total_mass", "top_speed",
+}  # fmt: skip
+
 
 def classify_ends(dataset: xr.Dataset, analysis: Analysis) -> Classification:
     """Classify a run at its release and at its end."""

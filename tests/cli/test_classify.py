@@ -1,9 +1,12 @@
 """``snowrepro classify`` on files of other codes, as a subprocess."""
 
 import json
+import os
 import subprocess
 import sys
 
+import netCDF4
+import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
@@ -93,3 +96,90 @@ def test_a_broken_file(snowrepro, tmp_path):
     shown = snowrepro("classify", "broken.nc")
     assert shown.returncode == 2
     assert "cannot be read" in shown.stderr
+
+
+BLOCK = np.stack(np.meshgrid(np.arange(10), np.arange(10)), -1).reshape(-1, 2) * 0.5
+BLOCK = BLOCK + np.random.default_rng(0).uniform(-0.1, 0.1, (100, 2))
+SCATTER = np.random.default_rng(1).normal(0, 1.5, (100, 2))
+STATES = np.stack([np.concatenate([BLOCK - [2.0 * s, 0.0], BLOCK + [20.0, 0.0] + s * SCATTER]) for s in range(6)])
+TIMES = 0.1 * np.arange(6)
+
+
+def write(path, dims=("time", "particle"), group="", names="xy", form="NETCDF4", timed=True, **attributes):
+    """The particles, time by particle: a lump that flies off with 20 a second, and powder."""
+    with netCDF4.Dataset(path, "w", format=form) as file:
+        node = file.createGroup(group) if group else file
+        sizes = {dims[0]: 6, dims[1]: 200}
+        for dim in sorted(dims):
+            node.createDimension(dim, sizes[dim])
+        for axis, name in enumerate(names):
+            values = STATES[:, :, axis] if axis < 2 else np.zeros((6, 200))
+            order = sorted(dims)
+            node.createVariable(name, "f8", order)[:] = values if order == list(dims) else values.T
+        if timed:
+            clock = node.createVariable("time", "f8", dims[:1])
+            clock[:] = TIMES * 1000
+            clock.units = "ms since 2000-01-01 00:00:00"
+        node.setncatts(attributes)
+
+
+@pytest.mark.parametrize(
+    ("made", "arguments"),
+    [
+        ({"dims": ("obs", "trajectory"), "featureType": "trajectory"}, []),
+        ({"dims": ("b", "a")}, ["--particle-dimension", "a"]),
+        ({"group": "particles"}, ["--group", "particles"]),
+        ({"names": ["east", "north"]}, ["--position", "east,north"]),
+        ({"names": "xyz"}, []),
+        ({"grid_spacing": "1.0 mm", "config": "not ours"}, ["--grid-spacing", "1"]),
+        ({"form": "NETCDF3_CLASSIC", "config": "{}", "title": "\x1b[31m"}, []),
+    ],
+)
+def test_files_as_other_codes_write_them(snowrepro, tmp_path, made, arguments):
+    """Half of the snow is the lump, and its speed is by the second."""
+    write(tmp_path / "file.nc", **made)
+    words = ["--release", "0", "lump_cells=0", "--frames", "all", "--out", "found", *arguments]
+    shown = snowrepro("classify", "file.nc", *words)
+    assert shown.returncode == 0, shown.stderr
+    measures = json.loads((tmp_path / "found/measures.json").read_text())
+    assert (measures["lumps"], measures["lump_fraction"]) == (1, 0.5)
+    assert measures["units"] == {"length": "unknown", "time": "s"}
+    table = pd.read_csv(tmp_path / "found/fragments.csv")
+    assert table[(table["frame"] == 5) & table["is_lump"]]["velocity_x"].tolist() == pytest.approx([-20.0])
+    assert ("assumed: dimensions: 2, as z is 0 everywhere" in shown.stderr) == (made.get("names") == "xyz")
+
+
+@pytest.mark.parametrize(
+    ("made", "arguments", "message"),
+    [
+        (
+            {"dims": ("b", "a"), "timed": False},
+            [],
+            "which dimension is time, 'a' (200) or 'b' (6): say it with --time-dimension",
+        ),
+        ({"group": "particles"}, [], "the file has groups, name one with --group: 'particles'"),
+        ({"grid_spacing": "\x1b[2J1 mm"}, [], r"grid_spacing is '\x1b[2J1 mm', which is no number"),
+        ({}, ["--position", "\x1b[31m"], r"no variable '\x1b[31m' that can be read (--position)"),
+    ],
+)
+def test_what_is_refused_names_the_option(snowrepro, tmp_path, made, arguments, message):
+    """On one line that begins with the file, and on which nothing acts on the terminal."""
+    write(tmp_path / "file.nc", **made)
+    shown = snowrepro("classify", "file.nc", "--release", "0", *arguments)
+    assert shown.returncode == 2
+    assert shown.stderr.startswith("error: file.nc: ") and message in shown.stderr
+    assert shown.stderr.count("\n") == 1 and shown.stderr.strip().isprintable()
+    assert shown.stdout == ""
+
+
+def test_what_is_no_file(snowrepro, tmp_path):
+    """A pipe is not waited for; a file that is cut off is named with its sizes."""
+    os.mkfifo(tmp_path / "pipe\x1b[31m")
+    shown = snowrepro("classify", "pipe\x1b[31m")
+    assert (shown.returncode, shown.stderr.count("it is a pipe"), "\x1b" in shown.stderr) == (2, 1, False)
+    write(tmp_path / "cut.nc", form="NETCDF3_CLASSIC", release_frame=0)
+    whole = (tmp_path / "cut.nc").read_bytes()
+    (tmp_path / "cut.nc").write_bytes(whole[: len(whole) * 2 // 3])
+    shown = snowrepro("classify", "cut.nc")
+    assert shown.returncode == 2
+    assert f"cut off, as it should have {len(whole):,} bytes by its header" in shown.stderr

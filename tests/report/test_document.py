@@ -30,6 +30,13 @@ def test_code_comes_out_as_it_went_in(text):
     assert html.unescape(re.fullmatch("<code>(.*)</code>", shown)[1]) == f"x{text}x"
 
 
+@given(st.text(st.characters()))
+def test_text_from_data_is_one_printable_line(text):
+    """Else it could begin a heading, a list or code of its own, or act on a terminal that shows the page."""
+    assert escape(text).isprintable()
+    assert format_code(text).isprintable()
+
+
 def test_html_in_markdown_is_text_and_verdicts_have_a_class():
     """Neither elements nor scripts get through; the words of verdicts are marked for the eye."""
     assert render_paragraphs('<script>alert("x")</script> & <b>') == (

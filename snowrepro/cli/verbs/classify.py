@@ -1,11 +1,13 @@
 """``snowrepro classify``: lumps and powder of a run, or of any particles over time."""
 
 import argparse
-from collections.abc import Sequence
+import contextlib
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from ...errors import ConfigError, ExitCode
+from ... import text
+from ...errors import ConfigError, DataError, ExitCode, StoreError
 from ...store import files
 from ...store import run as store_run
 from ...summary import classify, row
@@ -13,14 +15,27 @@ from .. import candidates, screen
 from ..arguments import add_store, complete_by
 
 HELP = """\
-A file needs 'position' (time, particle, axis), or 'x' and 'y' (time, particle); it may have 'mass', 'velocity', a
-coordinate of frame numbers, and the attributes release_frame, grid_spacing and cell_mass.  A particle that is NaN
-from some frame to the last has vanished.
+A NetCDF file needs 'position' (time, particle, axis), or 'x' and 'y' (time, particle), with the dimensions in any
+order; it may have 'mass', 'velocity', 'id', 'time', a coordinate of frame numbers, and the attributes release_frame,
+grid_spacing and cell_mass.  A particle that is NaN from some frame to the last has vanished.  Where a variable or
+dimension has another name, say it with the options below; the name 'none' says that the file has none.
 
 examples:
   snowrepro classify ball-L-530-paper-paper-0-2f63b27e3e
   snowrepro classify other.nc --release 40 definition=proximity --frames all --out fragments
+  snowrepro classify drifters.nc --release 0 --position lon_m,lat_m --time-dimension obs --id none
 """
+NAMED = {
+    "--position": "variable with the positions, or one an axis: x,y or x,y,z",
+    "--velocity": "likewise, with the velocities",
+    "--id": "variable with the ids of the particles",
+    "--mass": "variable with the masses, or the mass of each particle, a number",
+    "--time": "variable with the times",
+    "--time-dimension": "dimension along which time passes",
+    "--particle-dimension": "dimension along which the particles are",
+    "--group": "group of the file that has them",
+}
+NAMES = ("position", "velocity", "mass", "time", "time_dimension", "particle_dimension")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,6 +49,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_store(parser)
     parser.add_argument("--release", type=int, metavar="FRAME", help="when bonds are laid, if the file does not say")
     parser.add_argument("--grid-spacing", type=float, metavar="LENGTH", help="likewise; default: from the particles")
+    parser.add_argument("--cell-mass", type=float, metavar="MASS", help="likewise: of unpressed snow in a cell")
+    for option, help_text in NAMED.items():
+        parser.add_argument(option, metavar="NAME", help=help_text)
     parser.add_argument("--frames", choices=("last", "all"), default="last", help="of which fragments are wanted")
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="write fragments.csv, fragments.nc, measures.json")
 
@@ -43,11 +61,10 @@ def execute(options: argparse.Namespace) -> ExitCode:
     if options.out:
         files.require_writable(options.out)
     settings = _read_settings(options.overrides)
-    needs_fragments = (
-        options.out or options.release is not None or options.grid_spacing is not None or options.frames == "all"
-    )
-    with store_run.open_run(options.data, options.store) as dataset:
-        if "config" in dataset.attrs and not needs_fragments:
+    named = _read_names(options)
+    needs_fragments = options.out or options.frames == "all" or (options.release, options.grid_spacing) != (None, None)
+    with _naming(options.data), store_run.open_particles(options.data, options.store, options.group) as dataset:
+        if not (needs_fragments or named) and classify.is_whole_run(dataset):
             analysis = classify.change_settings(classify.read_analysis(dataset), settings)
             screen.print_rows(row.summarise(dataset, analysis))
             return ExitCode.FINE
@@ -56,6 +73,8 @@ def execute(options: argparse.Namespace) -> ExitCode:
             frames="all" if options.frames == "all" else None,
             release=options.release,
             grid_spacing=options.grid_spacing,
+            cell_mass=options.cell_mass,
+            **named,
             **settings,
         )
         for line in classified.assumed:
@@ -65,6 +84,26 @@ def execute(options: argparse.Namespace) -> ExitCode:
             classify.write_classification(classified, options.out)
             print(options.out)
     return ExitCode.FINE
+
+
+def _read_names(options: argparse.Namespace) -> dict[str, Any]:
+    """Return the names of variables and dimensions that were given, and a mass if it is a number."""
+    given = {"particle_id": options.id, **{name: getattr(options, name) for name in NAMES}}
+    named: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    with contextlib.suppress(KeyError, ValueError):
+        named["mass"] = float(named["mass"])
+    return named
+
+
+@contextlib.contextmanager
+def _naming(data: str) -> Iterator[None]:
+    """Put the name of the file before what is wrong in it."""
+    try:
+        yield
+    except DataError as error:
+        raise DataError(f"{text.make_printable(data)}: {error}") from error
+    except (OSError, RuntimeError) as error:  # of NetCDF, from values that are damaged
+        raise StoreError(f"{text.make_printable(data)} cannot be read: {error}") from error
 
 
 def _read_settings(words: Sequence[str]) -> dict[str, Any]:
