@@ -9,7 +9,7 @@ from pydantic import BaseModel
 
 from ..settings.config import PARTS
 
-DRAWING = ("kind", "path", "file", "width")  # keys of an outline that is read from a drawing
+DRAWING = ("kind", "path", "fill_rule", "file", "region", "width")  # keys of an outline that is read from a drawing
 
 
 def explain(item: Mapping[str, Any]) -> str:

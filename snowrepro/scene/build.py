@@ -40,6 +40,7 @@ def build_scene(case: Case) -> Scene:
         flaw = geometry.flaw(part.outline)
         if flaw:
             raise ConfigError(f"the outline of {kind} '{part.name}' cannot be used: {flaw}")
+    check_size(case)
     cell, dx = case.reading.cell, case.fidelity.dx
     area = geometry.area(case.shape.outline)
     if area < LEAST_CELLS * dx**2:
@@ -47,7 +48,6 @@ def build_scene(case: Case) -> Scene:
             f"shape '{case.shape.name}' is too small: its area is {area:.3g} cells^2, at least "
             f"{LEAST_CELLS * dx**2:g} are needed at a grid spacing of {dx:g}"
         )
-    check_size(case)
     width, height = domain(case)
     _check_floor(case, width)
     places, depth = sample(case.shape.outline, dx, case.fidelity.particles_per_cell, case.seed)
@@ -72,7 +72,9 @@ def build_scene(case: Case) -> Scene:
 
 def check_size(case: Case) -> None:
     """Refuse a scene that would take too much memory, before any of it is there.  Raises ConfigError."""
-    require_affordable(case, geometry.area(case.shape.outline), *domain(case))
+    low, high = geometry.extent(case.shape.outline)
+    box = float((high - low).prod())
+    require_affordable(case, geometry.area(case.shape.outline), box, *domain(case))
 
 
 def sample(outline: Outline, dx: float, particles_per_cell: int, seed: int) -> tuple[np.ndarray, np.ndarray]:

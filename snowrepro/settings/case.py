@@ -4,9 +4,9 @@ Lengths are in cells of the paper's grid; ``reading.cell`` turns them into the r
 """
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from .base import Settings
 
@@ -14,23 +14,38 @@ MODEL_VERSION = 3  # goes up when the same case gives another result, or a resul
 ARMS = ("sintered", "unsintered")
 Point = tuple[float, float]
 Corner = Annotated[tuple[float, ...], Field(min_length=2, max_length=3)]
+Ring = tuple[Corner, ...]
 APPROACH_SPACINGS = 2.0  # the reach of the cubic spline
 MOST_FRAMES = 100_000
 MOST_BULGE = 10.0  # nearly a full circle on a short chord
+MOST_REACH = 1e5  # of an outline from the origin, ten times the widest domain [cells]
+MOST_CORNERS = 10_000  # of an outline; the time to build a scene grows with them
 
 
 class Outline(Settings):
-    """A closed curve in cells: a circle, or a polygon whose edges may be arcs.
+    """One or more closed curves in cells: a circle, or a polygon whose edges may be arcs, and further ``rings``.
 
     A third number at a corner bends the edge that starts there: the tangent of a quarter of the
-    arc's angle, positive if the arc lies on the right of the straight edge.  Drawings become polygons
+    arc's angle, positive if the arc lies on the right of the straight edge.  A ring inside another is a
+    hole, one beside it a body of its own, and so on inwards (the even-odd rule).  Drawings become polygons
     before they come here: see ``composition.drawings``.
     """
 
     kind: Literal["circle", "polygon"]
     centre: Point = Field((0.0, 0.0), description="circle: centre [cells]")
-    radius: float | None = Field(None, gt=0, description="circle: radius [cells]")
-    points: tuple[Corner, ...] | None = Field(None, description="polygon: corners in order [cells], and bulge [1]")
+    radius: float | None = Field(None, gt=0, le=MOST_REACH, description="circle: radius [cells]")
+    points: Ring | None = Field(None, description="polygon: corners in order [cells], and bulge [1]")
+    rings: tuple[Ring, ...] | None = Field(
+        None, description="more closed curves, each a list of corners: holes, other bodies, islands in holes"
+    )
+
+    @property
+    def curves(self) -> tuple[Ring, ...]:
+        """All closed curves as corners; a circle is two half circles."""
+        if self.kind == "circle" and self.radius is not None:
+            (x, y), r = self.centre, self.radius
+            return (((x - r, y, 1.0), (x + r, y, 1.0)), *(self.rings or ()))
+        return (self.points or (), *(self.rings or ()))
 
     @model_validator(mode="after")
     def _has_what_its_kind_needs(self) -> "Outline":
@@ -38,12 +53,28 @@ class Outline(Settings):
             raise ValueError("a circle needs a radius")
         if self.kind == "polygon" and not self.points:
             raise ValueError("a polygon needs points")
-        points = self.points or ()
-        if self.kind == "polygon" and len(points) < 3 and not any(corner[2:] for corner in points):
-            raise ValueError("a polygon without arcs needs at least three points")
-        if any(abs(bulge) > MOST_BULGE for corner in points for bulge in corner[2:]):
-            raise ValueError(f"the bulge of an arc must lie between -{MOST_BULGE:g} and {MOST_BULGE:g}")
+        for ring in self.curves:
+            if len(ring) < 3 and (len(ring) < 2 or not any(corner[2:] for corner in ring)):
+                raise ValueError("a polygon without arcs needs at least three points")
+            if any(abs(bulge) > MOST_BULGE for corner in ring for bulge in corner[2:]):
+                raise ValueError(f"the bulge of an arc must lie between -{MOST_BULGE:g} and {MOST_BULGE:g}")
         return self
+
+    @model_validator(mode="after")
+    def _is_of_a_size_that_can_be_handled(self) -> "Outline":
+        corners = sum(len(ring) for ring in self.curves)
+        if corners > MOST_CORNERS:
+            raise ValueError(f"the outline has {corners:,} corners; at most {MOST_CORNERS:,} are allowed")
+        farthest = max((abs(x) for ring in self.curves for corner in ring for x in corner[:2]), default=0.0)
+        if farthest > MOST_REACH:
+            raise ValueError(f"the outline reaches {farthest:g} cells from (0, 0); at most {MOST_REACH:g} are allowed")
+        return self
+
+    @model_serializer(mode="wrap")
+    def _write_rings_only_if_there_are_any(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """As before there were any, so that the ids of runs stay what they are."""
+        plain: dict[str, Any] = handler(self)
+        return plain if self.rings else {name: value for name, value in plain.items() if name != "rings"}
 
 
 class Shape(Settings):

@@ -64,9 +64,13 @@ def test_an_image_gives_its_dark_region(tmp_path):
     ("given", "reason"),
     [
         ({"kind": "svg", "path": "M 0 0 L 10 0 L 10 10", "width": 9}, "the path is open"),
-        ({"kind": "svg", "path": "M 0 0 L 10 0 L 10 10 Z M 20 20 h 5 v 5 Z", "width": 9}, "this has 2"),
-        ({"kind": "svg", "path": "hello", "width": 9}, "no SVG path|this has 0"),
-        ({"kind": "svg", "path": "", "width": 9}, "this has 0"),
+        ({"kind": "svg", "path": "hello", "width": 9}, "this is no path data: 'hello'"),
+        ({"kind": "svg", "path": "M 0 0 L 10 0 L 1e400 10 Z", "width": 9}, "the number inf"),
+        ({"kind": "svg", "path": "M 0 0 L 10 0 L 10 1_0 Z", "width": 9}, "this is no path data"),
+        ({"kind": "svg", "path": "M 0 0 L 10 0 L 10 10 Z e5", "width": 9}, "this is no path data"),
+        ({"kind": "svg", "path": "", "width": 9}, "has no width"),
+        ({"kind": "svg", "path": "M 0 0 L 10 0 L 10 10 Z", "width": 9, "region": "light"}, "region is of an image"),
+        ({"kind": "svg", "file": "nowhere.svg", "width": 9, "fill_rule": "evenodd"}, "a file says its own"),
         ({"kind": "svg", "path": "M 0 0 L 0 10 L 0 5 Z", "width": 9}, "has no width"),
         ({"kind": "svg", "file": "nowhere.svg", "width": 9}, "there is no file 'nowhere.svg'"),
         ({"kind": "svg", "width": 9}, "either a path or a file"),
@@ -83,24 +87,73 @@ def test_bad_drawings_are_refused(given, reason):
 @pytest.mark.parametrize(
     ("dark", "reason"),
     [
-        (lambda x, y: x > 2, "has no dark region"),
+        (lambda x, y: x > 2, r"no dark region \(if the drawing is light, set region: light\)"),
         (lambda x, y: x < 0.5, "meets the image's edge"),
-        (
-            lambda x, y: (abs(x - 0.25) < 0.1) & (abs(y - 0.5) < 0.1) | (abs(x - 0.75) < 0.1) & (abs(y - 0.5) < 0.1),
-            "2 d",
-        ),
-        (lambda x, y: ((x - 0.5) ** 2 + (y - 0.5) ** 2 < 0.09) & ((x - 0.5) ** 2 + (y - 0.5) ** 2 > 0.01), "or holes"),
+        (lambda x, y: abs(x - 0.5) > 0.2, "meets the image's edge.*set region: light"),
+        (lambda x, y: (x - 0.5) ** 2 + (y - 0.5) ** 2 > 0.04, "meets the image's edge.*set region: light"),
     ],
 )
-def test_images_without_one_dark_region_are_refused(tmp_path, dark, reason):
+def test_images_without_a_whole_dark_region_are_refused(tmp_path, dark, reason):
     with pytest.raises(ConfigError, match=reason):
         drawn(kind="image", file=picture(tmp_path / "image.png", dark), width=50)
+
+
+def test_images_have_holes_and_several_bodies(tmp_path):
+    """A ring with a disc in its hole, and a square beside it."""
+
+    def dark(x, y):
+        r = np.hypot(x - 0.35, y - 0.5)
+        return (r < 0.3) & (r > 0.2) | (r < 0.1) | (abs(x - 0.85) < 0.1) & (abs(y - 0.5) < 0.1)
+
+    outline = drawn(kind="image", file=picture(tmp_path / "ring.png", dark, size=400), width=90)
+    assert len(outline.curves) == 4
+    assert geometry.area(outline) == pytest.approx(1e4 * (np.pi * (0.09 - 0.04 + 0.01) + 0.04), rel=0.01)
+    assert geometry.flaw(outline) is None
 
 
 def test_what_is_no_image_is_refused(tmp_path):
     (tmp_path / "text.png").write_text("no image")
     with pytest.raises(ConfigError, match="cannot be read as an image"):
         drawn(kind="image", file=str(tmp_path / "text.png"), width=50)
+
+
+def test_several_curves_of_a_path():
+    """A hole by the direction of its curve, or by the even-odd rule, and a body beside."""
+    square, clockwise, around = "M0 0H40V40H0Z", "M10 10V30H30V10Z", "M10 10H30V30H10Z"
+    beside = "M60 0H70V10H60Z"
+    for path, rule, area in [
+        (square + clockwise, "nonzero", 1200),
+        (square + around, "nonzero", 1600),
+        (square + around, "evenodd", 1200),
+        (square + beside, "nonzero", 1700),
+        (square + clockwise + beside, "nonzero", 1300),
+    ]:
+        outline = drawn(kind="svg", path=path, fill_rule=rule, width=70 if beside in path else 40)
+        assert geometry.area(outline) == pytest.approx(area)
+        assert geometry.flaw(outline) is None
+    star = "M50 5L79 95L5 40L95 40L21 95Z"  # crosses itself: its middle is filled or not
+    filled, open_ = (drawn(kind="svg", path=star, fill_rule=rule, width=90) for rule in ("nonzero", "evenodd"))
+    assert len(filled.curves) == 1
+    assert len(open_.curves) == 5
+    assert geometry.area(filled) > geometry.area(open_) + 500
+
+
+def test_needles_are_cut():
+    """Corners that a scene would refuse end where they are too thin to matter; others stay."""
+    needle = drawn(kind="svg", path="M0 0L100 2L0 4Z", width=100)
+    assert geometry.flaw(needle) is None
+    assert geometry.area(needle) == pytest.approx(200, rel=1e-3)
+    assert set(drawn(kind="svg", path="M0 0L100 10L0 20Z", width=100).points) == {(0, 20), (100, 10), (0, 0)}
+
+
+def test_one_closed_path_is_read_as_ever():
+    """To the same corners: a run's id is a hash of them."""
+    path = "M 50 0 C 60 30 90 50 90 80 A 40 40 0 0 1 10 80 C 10 50 40 30 50 0 Z"
+    outline = drawn(kind="svg", path=path, width=50)
+    assert outline.rings is None
+    assert len(outline.points) == 116
+    assert outline.points[:4] == ((25.0, 75.0), (25.8441, 72.6879), (26.3107, 71.5546), (27.3247, 69.3299))
+    assert "rings" not in outline.model_dump()
 
 
 def test_only_outlines_that_are_drawings_are_touched():

@@ -9,11 +9,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PathCollection
 from matplotlib.figure import Figure
-from matplotlib.patches import Polygon
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path as Curve
 
 from ...analysis.fragments import Fragments
 from ...scene.build import domain
-from ...scene.outline import polyline
+from ...scene.outline import polylines
+from ...settings.case import Outline
 from ...store.run import Run
 
 # The paper's solver draws in these colours (legacy Taichi).
@@ -70,9 +72,15 @@ def draw_background(ax: Axes, run: Run) -> None:
     width, height = get_panel_size(run)
     ax.set(xlim=(0, width), ylim=(0, height), xticks=[], yticks=[], aspect="equal")
     ax.set_facecolor(SKY)
-    ax.add_patch(Polygon(polyline(run.case.floor.outline) * run.case.reading.cell, closed=True, color=FLOOR, lw=0))
+    ax.add_patch(PathPatch(make_curve(run.case.floor.outline, run.case.reading.cell), color=FLOOR, lw=0))
     for spine in ax.spines.values():
         spine.set_visible(False)
+
+
+def make_curve(outline: Outline, cell: float) -> Curve:
+    """Make what matplotlib draws of an outline, its holes left out; a cell is ``cell`` length units."""
+    rings = [corners * cell for corners in polylines(outline)]
+    return Curve.make_compound_path(*[Curve(np.concatenate([ring, ring[:1]]), closed=True) for ring in rings])
 
 
 def draw_snow(

@@ -53,11 +53,20 @@ def draw_floors(runs: Sequence[Run], path: Path) -> None:
 
 
 def _write_floors(runs: Sequence[Run], path: Path) -> None:
-    """Write the outlines of the floors, one row for each corner; arcs become short edges."""
-    outlines = [(run.case.floor.name, geometry.polyline(run.case.floor.outline)) for run in runs]
-    rows = [(name, x, y) for name, corners in outlines for x, y in corners]
+    """Write the outlines of the floors, one row for each corner; arcs become short edges.
+
+    A row without numbers stands between two curves of one floor.
+    """
+    outlines = [(run.case.floor.name, geometry.polylines(run.case.floor.outline)) for run in runs]
+    rows = [(name, x, y) for name, curves in outlines for x, y in _join(curves)]
     frame = pd.DataFrame(rows, columns=["floor", "x [cells]", "y [cells]"])
     frame.to_csv(path, index=False, float_format="%.6g", lineterminator="\n")
+
+
+def _join(curves: Sequence[np.ndarray]) -> np.ndarray:
+    """Join the corners (m, 2) of several curves, with a row of nan between two."""
+    gap = np.full((1, 2), np.nan)
+    return np.concatenate([part for corners in curves for part in (corners, gap)][:-1])
 
 
 FIGURE = FigureKind(report, needs_runs=False)

@@ -15,7 +15,7 @@ from matplotlib.colors import to_hex
 from ...evidence.claims import list_calibrated_claims
 from ...evidence.gather import describe_run
 from ...evidence.sensitivity import CORES, SIGNS
-from ...scene.outline import polyline
+from ...scene.outline import polylines
 from ...settings.analysis import Analysis
 from ...settings.question import Claim
 from ...store.run import Run
@@ -221,7 +221,7 @@ def _make_run_content(
         "pressure": run.case.pressure,
         "width": width,
         "height": height,
-        "floor": (polyline(run.case.floor.outline) * run.case.reading.cell).tolist(),
+        "floor": [(corners * run.case.reading.cell).tolist() for corners in polylines(run.case.floor.outline)],
         "diameter": run.case.dx / np.sqrt(run.case.fidelity.particles_per_cell / thinning) * COVER,
         "least": embedded.least,
         "lump_fraction": embedded.lump_fraction,

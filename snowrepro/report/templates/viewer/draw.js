@@ -20,7 +20,10 @@ export function drawStage(context, run, colours, scale) {
   context.fillRect(0, 0, width, height);
   context.fillStyle = colours.floor;
   context.beginPath();
-  for (const [x, y] of run.floor) context.lineTo(x * scale, height - y * scale);
+  for (const curve of run.floor) {
+    for (const [x, y] of curve) context.lineTo(x * scale, height - y * scale);
+    context.closePath();
+  }
   context.fill();
 }
 
