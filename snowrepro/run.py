@@ -2,6 +2,8 @@
 
 import json
 import logging
+import os
+import shutil
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -14,12 +16,14 @@ import xarray as xr
 from omegaconf import DictConfig
 
 from .composition.compose import job_overrides, validate
-from .errors import Diverged, FailedBefore, LeaseLost, NoSolver, StoreError
+from .errors import Diverged, FailedBefore, LeaseLost, NoSolver, SnowreproError, StoreError
+from .foreign import Unreadable, is_plain_file
 from .mpm import ledger
 from .settings.config import Config
 from .store import lease, states
 from .store.files import require_writable
 from .store.lease import Lease
+from .store.models import or_none
 from .store.provenance import command, now, peak_memory_mb
 from .store.run import CHECKPOINT, LOG, Run, discard, has_failed_for_good
 from .summary.row import read_row
@@ -65,6 +69,7 @@ def do_run(run: Run, on_progress: Callable[["Progress"], None] | None = None) ->
     """
     if run.is_current():
         return run.result
+    run.require_own_folders()
     _solver()  # nothing is recorded of a run where none could be made
     require_writable(run.work)
     if other := lease.holder(run.work):
@@ -81,42 +86,72 @@ def do_run(run: Run, on_progress: Callable[["Progress"], None] | None = None) ->
 
 def _attempt(run: Run, on_progress: Callable[["Progress"], None] | None, lease_of_run: Lease) -> None:
     """Simulate and publish, or record why not."""
-    before = run.outcome()
-    if has_failed_for_good(before):
-        raise FailedBefore(f"{before['message']} (as found before; 'snowrepro retry' tries again)")
+    before = or_none(run.outcome)
+    if before and has_failed_for_good(before):
+        raise FailedBefore(f"{before.message} (as found before; 'snowrepro retry' tries again)")
     with _log_to(run.work / LOG):
         run.save_config()
-        resume = run.checkpoint()
+        resume = _load_checkpoint(run)
         start = f", goes on from frame {int(resume['frame'])}" if resume else ""
         log.info("run %s%s", run.id, start)
         watch = Watch(run, on_progress, lease_of_run, resume or {})
+        folder = run.prepare_result()
         try:
-            dataset = simulate(run.config, watch, resume)
+            dataset = _simulate_on(run, watch, resume)
             for line in ledger.bounded(dataset):
                 log.info("%s", line)
             particles, substeps = dataset.sizes["particle"], int(dataset["substeps"].sum())
             log.info("%s particles, %s substeps, %.1f s", f"{particles:,}", f"{substeps:,}", watch.seconds())
             facts = {"peak_memory_mb": peak_memory_mb(), "began": watch.began, "command": command(job_overrides())}
-            run.save(dataset, facts, wall_seconds=watch.seconds(), seconds_per_frame=watch.per_frame())
+            run.save(dataset, facts, folder, wall_seconds=watch.seconds(), seconds_per_frame=watch.per_frame())
         except KeyboardInterrupt:
-            _record(run, states.INTERRUPTED, f"stopped in frame {watch.frame + 1}")
+            _record(run, lease_of_run, states.INTERRUPTED, f"stopped in frame {watch.frame + 1}")
             raise
         except Diverged as error:
             error = _with_last_good_state(error, run)
-            _record(run, states.FAILED, str(error), final=True)
+            _record(run, lease_of_run, states.FAILED, str(error), final=True)
             raise error from None
         except LeaseLost:
             raise
         except Exception as error:
-            _record(run, states.FAILED, str(error) or type(error).__name__)
+            if lease_of_run.lost:  # and with it the folder of the result
+                raise LeaseLost(f"another process took over {run.id}") from error
+            _record(run, lease_of_run, states.FAILED, str(error) or type(error).__name__)
             raise
         finally:
-            run.forget_progress()
+            shutil.rmtree(folder, ignore_errors=True)
+            if not lease_of_run.lost:
+                run.forget_progress()
 
 
-def _record(run: Run, state: str, message: str, final: bool = False) -> None:
-    """Write into log and store how an attempt ended."""
+def _simulate_on(run: Run, watch: "Watch", resume: Mapping[str, np.ndarray] | None) -> xr.Dataset:
+    """Simulate a run from its checkpoint on; from the start if there is none, or it is none of this scene."""
+    try:
+        return simulate(run.config, watch, resume)
+    except SnowreproError:
+        raise
+    except Exception as error:
+        if not resume or watch.frame:
+            raise
+        log.info("begins anew: %s is none of this scene (%s: %s)", CHECKPOINT, type(error).__name__, error)
+        return simulate(run.config, watch, None)
+
+
+def _load_checkpoint(run: Run) -> Mapping[str, np.ndarray] | None:
+    """What it takes to go on with a run; None if there is nothing, or nothing of use, which the log then says."""
+    try:
+        resume = run.load_checkpoint()
+    except Unreadable as error:
+        log.info("begins anew: %s %s", CHECKPOINT, error.reason)
+        return None
+    return resume if resume and {"frame", "seconds"} <= {*resume} else None
+
+
+def _record(run: Run, lease_of_run: Lease, state: str, message: str, final: bool = False) -> None:
+    """Write into log and store how an attempt ended, unless another process has taken over."""
     log.log(logging.INFO if state == states.INTERRUPTED else logging.ERROR, "%s: %s", state, message)
+    if lease_of_run.lost:
+        return
     with suppress(StoreError):  # a full disk must not hide the first error
         run.save_outcome(state, message, final)
 
@@ -190,6 +225,8 @@ class Watch:
             self.run.config.execution.checkpoint_seconds, MOST_WRITING * self.writing_seconds
         ):
             arrays = progress.checkpoint()
+            if self.lease.lost:
+                raise LeaseLost(f"another process took over {self.run.id}")
             with self._warn_once():
                 origin = {"seconds": np.array(self.seconds()), "began": np.array(self.began)}
                 self.run.save_checkpoint({**arrays, **origin})
@@ -217,7 +254,9 @@ class Watch:
 
 @contextmanager
 def _log_to(path: Path) -> Iterator[None]:
-    """Send the package's log to a file for as long as a run lasts."""
+    """Send the package's log to a file for as long as a run lasts.  Raises StoreError where it is no regular file."""
+    if os.path.lexists(path) and not is_plain_file(path):
+        raise StoreError(f"{path} is no regular file: remove it")
     handler = logging.FileHandler(path, encoding="utf-8")
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
     log.addHandler(handler)

@@ -1,8 +1,19 @@
-"""Text from data, made safe to show in a terminal or in a message."""
+"""Text that comes from data, made harmless for where it goes.
 
+Names, messages, hosts, overrides and attributes may have been written by anybody.  Each place that text goes to has one
+function: a terminal here, a table's cell here, Markdown in ``report.document.escape``, HTML by autoescaping.
+"""
+
+import re
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
-LONGEST_QUOTE = 60  # characters of a quoted text
+if TYPE_CHECKING:
+    import pandas as pd
+
+LONGEST_QUOTE = 60  # letters of a quoted text
+FORMULA = re.compile(r"[=+\-@]")  # what spreadsheets begin a formula with
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 
 
 def make_printable(text: object) -> str:
@@ -32,3 +43,17 @@ def quote_all(texts: Iterable[object], most: int = 12) -> str:
     quoted = [quote(text) for text in texts]
     rest = len(quoted) - most
     return ", ".join([*quoted[:most], *([f"and {rest} more"] if rest > 0 else [])])
+
+
+def make_cell(value: object) -> object:
+    """Return the value of a table's cell so that no spreadsheet takes text for a formula; numbers stay as they are."""
+    if not isinstance(value, str):
+        return value
+    line = make_printable(value)
+    is_formula = FORMULA.match(line.lstrip()) and not NUMBER.fullmatch(line)
+    return f"'{line}" if is_formula else line
+
+
+def make_cells(table: "pd.DataFrame") -> "pd.DataFrame":
+    """Return a table as it can go into a CSV file: each value as ``make_cell`` makes it."""
+    return table.apply(lambda column: column if column.dtype.kind in "biufc" else column.map(make_cell))

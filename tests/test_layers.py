@@ -11,7 +11,7 @@ import snowrepro
 
 PACKAGE = Path(snowrepro.__file__).parent
 ROOMS = (
-    "errors", "text", "units", "sources", "settings", "composition", "physics", "scene", "mpm", "reference",
+    "errors", "units", "sources", "text", "foreign", "settings", "composition", "physics", "scene", "mpm", "reference",
     "simulation", "store", "analysis", "summary", "run", "sweep", "evidence", "report", "checks", "cli",
 )  # fmt: skip
 ROOMS_OF_REPORT = ("document", "drawing", "sections", "figures", "viewer", "page", "film", "crate")

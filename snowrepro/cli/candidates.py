@@ -6,17 +6,20 @@ options so far.
 """
 
 import argparse
-import json
 import re
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
+
+from .. import foreign
+from ..errors import StoreError
 
 # As composition.compose, store.run and sweep.record have them, which take seconds to import.
 _PACKAGE = Path(__file__).resolve().parents[1]
 BUILT_IN = _PACKAGE / "conf" if (_PACKAGE / "conf").is_dir() else _PACKAGE.parent / "conf"
 OWN = Path("conf")  # the user's, in the working directory
 SWEEPS, RECORD, WORK = "sweeps", "sweep.json", ".work"
+SWEEP_NAME = re.compile(r"[\w=+~][\w.,=+~-]*")
 
 Lister = Callable[..., Iterable[str]]
 
@@ -44,14 +47,18 @@ def list_experiments(**_: Any) -> list[str]:
 
 def list_sweeps(parsed_args: argparse.Namespace, **_: Any) -> list[str]:
     """Sweeps that the store remembers."""
-    return sorted(path.parent.name for path in (_store(parsed_args) / SWEEPS).glob(f"*/{RECORD}"))
+    store = _store(parsed_args)
+    names = (entry.name for entry in foreign.list_own(store / SWEEPS, store))
+    return [name for name in names if SWEEP_NAME.fullmatch(name) and (store / SWEEPS / name / RECORD).exists()]
 
 
 def list_runs(parsed_args: argparse.Namespace, **_: Any) -> list[str]:
     """Ids of the runs that the store holds, works on, or was asked for."""
     store = _store(parsed_args)
     folders = {path.name for place in (store, store / WORK) for path in place.glob("[!.]*") if path.is_dir()}
-    return sorted(folders.union(*map(_read_cells, (store / SWEEPS).glob(f"*/{RECORD}"))) - {SWEEPS})
+    records = [store / SWEEPS / entry.name / RECORD for entry in foreign.list_own(store / SWEEPS, store)]
+    names = folders.union(*map(_read_cells, records)) - {SWEEPS}
+    return sorted(filter(foreign.is_plain_name, names))
 
 
 def find_kinds(text: str) -> list[str]:
@@ -110,6 +117,7 @@ def _store(options: argparse.Namespace) -> Path:
 def _read_cells(path: Path) -> list[str]:
     """The ids of the runs that a remembered sweep asked for; none of what cannot be read."""
     try:
-        return list(json.loads(path.read_text(encoding="utf-8"))["cells"].values())
-    except (OSError, ValueError, KeyError):
+        cells = foreign.read_json(path, 64 * foreign.MIB).get("cells")
+    except (OSError, StoreError):
         return []
+    return [run_id for run_id in cells.values() if isinstance(run_id, str)] if isinstance(cells, dict) else []

@@ -42,6 +42,7 @@ def expand_name(name: str, overrides: Sequence[str], store: str) -> list[str]:
     seeds, others = split_seeds(overrides)
     if name:
         is_remembered = name in record.list_sweeps(store)
-        others = [*(record.read_record(name, store).overrides if is_remembered else [f"experiment={name}"]), *others]
+        named = record.read_record(name, store).usable_overrides() if is_remembered else [f"experiment={name}"]
+        others = [*named, *others]
     others.append(override_folder("store", store))
     return with_seeds(others, seeds) if seeds is not None else others

@@ -1,14 +1,19 @@
 """The report of an experiment, as several verbs write it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TypeVar
 
 from ..errors import ConfigError
 from ..report.figures.kinds import find_figure, require_drawable
 from ..report.page.page import ExperimentReport, draw_experiment, write_experiment_page
 from ..report.sections import choices
+from ..store.run import BrokenResult
 from ..sweep import record
 from ..sweep.plan import Plan, make_plan
+from .screen import say, show
+
+Written = TypeVar("Written")
 
 
 def print_report(overrides: Sequence[str], store: str) -> None:
@@ -17,9 +22,24 @@ def print_report(overrides: Sequence[str], store: str) -> None:
     if plan.experiment is None:
         raise ConfigError("a report is of an experiment, for example experiment=fig5")
     require_drawable(plan.runs)
-    part, page = write_report(plan)
-    print(f"verdict: {part.content.verdict}")
-    print(f"report: {page}")
+    part, page = leave_out_broken(lambda: write_report(plan))
+    show(f"verdict: {part.content.verdict}", f"report: {page}")
+
+
+def leave_out_broken(write: Callable[[], Written]) -> Written:
+    """What ``write`` writes, made again without a result that turns out to be broken when it is drawn.
+
+    Such a one stands as broken in this process: see ``Run.open``.
+    """
+    seen: set[str] = set()
+    while True:
+        try:
+            return write()
+        except BrokenResult as error:
+            if str(error) in seen:
+                raise
+            seen.add(str(error))
+            say(f"left out: {error}")
 
 
 def write_report(plan: Plan) -> tuple[ExperimentReport, Path]:

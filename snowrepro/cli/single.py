@@ -6,15 +6,16 @@ from pathlib import Path
 from ..run import do_run
 from ..store.run import Run
 from ..summary.row import read_row
+from ..text import make_printable
 from .progress import build_bar
-from .screen import print_rows, say
+from .screen import print_rows, say, show
 
 
 def run_and_print(run: Run) -> None:
     """Do a run as far as it is not done, and print its numbers and where its result is."""
     path = run_here(run)
     print_rows(read_row(run))
-    print(path)
+    show(path)
 
 
 def run_here(run: Run) -> Path:
@@ -32,6 +33,14 @@ def run_here(run: Run) -> Path:
 def _build_log_handler() -> logging.Handler:
     """A handler that shows the run's log on the error stream, without errors: those are told once, at the end."""
     handler = logging.StreamHandler()
-    handler.setFormatter(logging.Formatter("%(message)s"))
+    handler.setFormatter(_OneLine("%(message)s"))
     handler.addFilter(lambda record: record.levelno < logging.ERROR)
     return handler
+
+
+class _OneLine(logging.Formatter):
+    """Writes a message on one line, whatever letters it has."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """The message."""
+        return make_printable(super().format(record))

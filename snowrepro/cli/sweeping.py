@@ -9,6 +9,7 @@ from ..scene.build import build_scene, check_size
 from ..settings.case import Case
 from ..store import states
 from ..store.files import require_writable
+from ..store.run import require_own_folders
 from ..summary.row import read_row
 from ..sweep import record, todo
 from ..sweep.launch import launch
@@ -41,6 +42,7 @@ def _list_scenes(plan: Plan) -> list[Case]:
 
 def run_missing(plan: Plan, is_whole: bool = True) -> None:
     """Run what is not done of a sweep, which the store then remembers if it ``is_whole``."""
+    require_own_folders(plan.runs[0].store)
     require_writable(plan.runs[0].store)
     decided = todo.decide(plan)
     expected = estimate_todo(plan, decided)

@@ -1,6 +1,5 @@
 """From Hydra overrides to a validated ``Config``; errors say what is wrong and which names there are."""
 
-import json
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -14,7 +13,8 @@ from omegaconf.errors import OmegaConfBaseException
 from pydantic import ValidationError
 
 from ..errors import ConfigError
-from ..settings.config import Config
+from ..foreign import parse_json
+from ..settings.config import NOT_RECORDED, Config
 from . import hydra_private
 from .drawings import read_drawings
 from .experiments import CONF_DIR, all_variants
@@ -100,15 +100,20 @@ def config_of(dataset: "xr.Dataset") -> Config:
     if "config" not in dataset.attrs:
         raise ConfigError("this is no run of snowrepro: it carries no configuration")
     try:
-        return config_from(json.loads(dataset.attrs["config"]))
-    except ValueError as error:
+        return config_from(parse_json(dataset.attrs["config"]))
+    except (ValueError, TypeError) as error:
         raise ConfigError(f"the configuration in this run cannot be read: {error}") from error
 
 
-def config_from(plain: Mapping[str, Any]) -> Config:
-    """The configuration that was written down so; what it does not have is as it is by default.  Raises ConfigError."""
+def config_from(plain: Mapping[str, Any], **ours: Any) -> Config:
+    """The configuration that was written down so; what it does not have is as it is by default.
+
+    Where it was kept, and what was asked of it, is not taken from it: ``ours`` are settings of whoever reads it.
+    Raises ConfigError.
+    """
+    written = {name: value for name, value in plain.items() if name not in NOT_RECORDED}
     try:
-        return Config.model_validate(read_drawings({**compose().settings(), **plain}))
+        return Config.model_validate({**compose().settings(), **written, **ours})
     except ValidationError as error:
         wrong = "; ".join(explain(item) for item in error.errors())
         raise ConfigError(f"the configuration in this run is not of this version: {wrong}") from error

@@ -20,6 +20,7 @@ from ..summary.columns import CASE_COLUMNS, Column, find_columns
 from ..summary.row import read_row
 from ..sweep import record
 from ..sweep.plan import Plan
+from ..text import make_cells
 
 log = logging.getLogger("snowrepro")
 
@@ -123,7 +124,7 @@ def write_tables(sweep: CollectedSweep, folder: Path) -> None:
     runs make no grid there is no results.nc, and the log says why.
     """
     with published(folder / CSV) as partial:
-        sweep.table.to_csv(partial, index=False, lineterminator="\n")
+        make_cells(sweep.table).to_csv(partial, index=False, lineterminator="\n")
     try:
         grid = make_grid(sweep)
     except ConfigError as error:

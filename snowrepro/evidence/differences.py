@@ -1,6 +1,5 @@
 """The differences between two runs, or between two sweeps cell by cell."""
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ import pandas as pd
 import xarray as xr
 
 from ..errors import ConfigError
+from ..foreign import parse_json
 from ..settings.config import NOT_RECORDED
 from ..store import manifest
 from ..store.run import open_run
@@ -205,7 +205,10 @@ def _read_settings(dataset: xr.Dataset, name: str | Path) -> dict[str, Any]:
     """Read the settings that a run was made with.  Raises ConfigError where the file is no run."""
     if "config" not in dataset.attrs:
         raise ConfigError(f"'{name}' is no run of snowrepro: it carries no configuration")
-    settings = json.loads(dataset.attrs["config"])
+    try:
+        settings = parse_json(dataset.attrs["config"])
+    except (ValueError, TypeError) as error:
+        raise ConfigError(f"the configuration in '{name}' cannot be read: {error}") from error
     return {key: value for key, value in settings.items() if key not in NOT_RECORDED}
 
 

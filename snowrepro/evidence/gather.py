@@ -13,8 +13,8 @@ import pandas as pd
 from ..settings.case import ARMS
 from ..settings.question import Experiment
 from ..store import manifest
-from ..store.run import Run
-from ..summary.row import tabulate_runs
+from ..store.run import BrokenResult, Run
+from ..summary.row import read_row, tabulate_runs
 from . import claims
 from .calibration import Crossing, find_half_pressure
 
@@ -111,9 +111,18 @@ def gather_evidence(runs: Sequence[Run], folder: Path, with_results: bool = True
     """
     experiment = runs[0].config.question.experiment
     assert experiment is not None, "only an experiment has a report"
-    done = [run for run in runs if with_results and run.is_done()]
+    done = [run for run in runs if with_results and run.is_done() and _has_row(run)]
     missing = {run.id for run in runs} - {run.id for run in done}
     return Evidence(experiment, runs, tabulate_runs(done), folder, frozenset(missing))
+
+
+def _has_row(run: Run) -> bool:
+    """Whether the numbers of a run that looks done can be read; if not, it stands as broken from now on."""
+    try:
+        read_row(run)
+    except BrokenResult:
+        return False
+    return True
 
 
 def _find_half_pressure(scene: claims.JudgedScene, alpha: float) -> Crossing:

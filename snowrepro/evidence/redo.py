@@ -7,9 +7,10 @@ from typing import Any
 
 from ..composition.compose import config_from
 from ..errors import ConfigError, StoreError
+from ..foreign import Unreadable, refuse_links
 from ..store import manifest
 from ..store.bits import digests
-from ..store.files import read_json, sha256
+from ..store.files import sha256
 from ..store.run import RESULT, Run
 from ..sweep.explain import id_of_run
 from .differences import (
@@ -63,19 +64,22 @@ def find_original(name: str, store: str | Path) -> Original:
 
     Raises ConfigError where there is no such run, StoreError where its manifest is missing or broken.
     """
-    path = Path(name)
+    path = Path(name).resolve()  # a link that the caller names is one that the caller knows
     if path.is_dir():
         path = path / manifest.MANIFEST
     elif path.name == RESULT:
         path = path.with_name(manifest.MANIFEST)
     elif not path.is_file():
         path = Path(store) / id_of_run(name, store) / manifest.MANIFEST
-    content = read_json(path)
-    if not content:
-        raise StoreError(f"{path} is missing or cannot be read; only a finished run has a manifest")
+        refuse_links(path, Path(store))
+    try:
+        content = manifest.load(path.parent, path.name)
+    except Unreadable as error:
+        reason = f"is missing or cannot be read ({error.detail})"
+        raise StoreError(f"{path} {reason}; only a finished run has a manifest") from error
     if not manifest.is_intact(content):
         raise StoreError(f"{path} is not as it was written: its checksum differs")
-    if not (isinstance(content.get("config"), dict) and "run_id" in content):
+    if not content.get("config"):
         raise StoreError(f"{path} is no manifest of a run")
     return Original(path, content)
 
@@ -83,9 +87,12 @@ def find_original(name: str, store: str | Path) -> Original:
 def make_repetition(original: Original, into: str | Path) -> Run:
     """Make the run that repeats the original in the store ``into``.
 
-    Raises ConfigError where this version does not take it, or where the original itself is in that store.
+    Raises ConfigError where this version does not take it, or where the original itself is in that store; StoreError
+    where its id is not that of its configuration.
     """
-    run = Run(config_from({**original.content["config"], "store": str(into), "rerun": KINDS}))
+    run = Run(config_from(original.content["config"], store=str(into), rerun=KINDS))
+    if manifest.is_of_this_version(original.content) and original.content["run_id"] != run.id:
+        raise StoreError(f"{original.path} is of another run: its configuration has the id {run.id}")
     if run.manifest().get("checksum") == original.content["checksum"]:
         raise ConfigError(f"the run itself is in '{into}': redo it in another folder, --into FOLDER")
     return run
@@ -141,4 +148,7 @@ def describe_repetition(repetition: Repetition) -> list[str]:
 def _is_intact(result: Path, original: Original) -> bool:
     """Return whether the original's result is there, as its manifest describes it."""
     checksum = original.content.get("files", {}).get(RESULT, {}).get("sha256")
-    return result.is_file() and sha256(result) == checksum
+    try:
+        return sha256(result) == checksum
+    except (OSError, Unreadable):
+        return False

@@ -4,6 +4,7 @@ Its metadata says in JSON-LD which run made which file, when and with what; the 
 crate is also a store: its runs are in ``runs/``, as in any.
 """
 
+import os
 import re
 import shutil
 import uuid
@@ -16,6 +17,7 @@ from urllib.parse import quote
 from ..errors import ConfigError, StoreError
 from ..evidence.collect import collect_sweep, describe_missing, write_tables
 from ..evidence.gather import describe_run
+from ..foreign import copy_plain, is_plain_file
 from ..store import manifest, states
 from ..store.files import flush, write_json, writing
 from ..store.run import CHECKPOINT, CONFIG, LOG, OUTCOME, RESULT, WORK, Run
@@ -144,13 +146,13 @@ def _copy_sweep(crate: Path, name: str, store: str | Path) -> str:
         raise ConfigError(f"'{name}' has no runs")
     folder = record.locate_sweep(name, crate / STORE)
     folder.mkdir(parents=True)
-    shutil.copyfile(record.locate_sweep(name, store) / record.RECORD, folder / record.RECORD)
+    copy_plain(record.locate_sweep(name, store) / record.RECORD, folder / record.RECORD)
     collected = collect_sweep(plan)
     write_tables(collected, folder)
     if plan.experiment:
         report = find_report_folder(plan.runs[0], plan.overrides)
-        if (report / "index.html").is_file():
-            shutil.copytree(report, crate / "reports" / report.name, ignore=shutil.ignore_patterns(".*", "*.part"))
+        if is_plain_file(report / "index.html"):
+            _copy_report(report, crate / "reports" / report.name)
     return describe_missing(collected.table)
 
 
@@ -161,23 +163,36 @@ def _copy_run(crate: Path, run: Run) -> CopiedRun | None:
         place = Path(STORE) / run_id
         _copy_files(run.folder, crate / place, (RESULT, LOG, manifest.MANIFEST))
         content = manifest.read(crate / place)
-        if flaw := manifest.flaw(crate / place, content, run_id):
+        if flaw := manifest.flaw(crate / place, content, run_id, thorough=True):
             raise StoreError(f"{run.folder}: {flaw}; 'snowrepro run' makes it again")
         write_json(crate / place / CONFIG, content["config"])
         return CopiedRun(run, place, content)
-    if state in (states.FAILED, states.TIMED_OUT, states.INTERRUPTED) and (content := run.outcome()):
+    if state in (states.FAILED, states.TIMED_OUT, states.INTERRUPTED) and (outcome := run.outcome()):
         place = Path(STORE) / WORK / run_id
         _copy_files(run.work, crate / place, (LOG, OUTCOME, CONFIG, CHECKPOINT))
-        return CopiedRun(run, place, content, f"{state}: {content['message']}")
+        return CopiedRun(run, place, outcome.model_dump(), f"{state}: {outcome.message}")
     return None
 
 
+def _copy_report(report: Path, place: Path) -> None:
+    """Copy the files of a report, those of its folders too; neither links nor what is hidden or half-written."""
+    for folder, folders, names in os.walk(report):
+        folders[:] = sorted(
+            name for name in folders if not name.startswith(".") and not Path(folder, name).is_symlink()
+        )
+        to = place / Path(folder).relative_to(report)
+        to.mkdir(parents=True)
+        for name in sorted(names):
+            if not name.startswith(".") and not name.endswith(".part") and is_plain_file(Path(folder, name)):
+                copy_plain(Path(folder, name), to / name)
+
+
 def _copy_files(source: Path, place: Path, names: Sequence[str]) -> None:
-    """Copy those of the files ``names`` that exist."""
+    """Copy those of the files ``names`` that are there, and no links."""
     place.mkdir(parents=True)
     for name in names:
-        if (source / name).is_file():
-            shutil.copyfile(source / name, place / name)
+        if is_plain_file(source / name):
+            copy_plain(source / name, place / name)
 
 
 def _make_graph(
@@ -197,7 +212,7 @@ def _make_graph(
         "description": f"{SUBJECT}: {title}. "
         + (f"Without a result are {missing_runs}. " if missing_runs else "")
         + f"The folder {STORE} is a store that snowrepro reads.",
-        "datePublished": max(copied.record["created"] for copied in copied_runs),
+        "datePublished": max(copied.record.get("created", "") for copied in copied_runs),
         "license": {"@id": terms.licence} if terms.licence else NO_LICENCE,
         "conformsTo": {"@id": PROFILE},
         "hasPart": _refer_to(file["@id"] for file in files),
@@ -271,7 +286,7 @@ def _describe_run(copied: CopiedRun, tool: str, files: Sequence[Mapping[str, Any
         "object": {"@id": config},
         "result": _refer_to(name for name in files_of_run if name != config),
         **({"startTime": copied.record["began"]} if "began" in copied.record else {}),
-        "endTime": copied.record["created"],
+        "endTime": copied.record.get("created", "unknown"),
         "actionStatus": STATUS.format("Failed" if copied.error else "Completed"),
         **({"error": copied.error} if copied.error else {}),
         **({"agent": {"@id": _get_agent_id(terms)}} if terms.agent else {}),

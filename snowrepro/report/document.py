@@ -104,11 +104,19 @@ class Document:
 
 
 def escape(text: object) -> str:
-    """Escape text from data, so that no letter of it is taken for Markdown, and no line of it for a block."""
-    return re.sub(r"([\\`*_{}\[\]()#+!|<>~&])", r"\\\1", _put_on_one_line(text))
+    """Escape text from data, so that no letter of it is taken for Markdown; it stays on its line."""
+    escaped = re.sub(r"([\\`*_{}\[\]()#+!|<>~&])", r"\\\1", _put_on_one_line(text))
+    return re.sub(r"^( *)(-(?=[-\s]|$)|=(?=[=\s]|$)|\d+(?=\.(\s|$)))", _escape_start, escaped)
+
+
+def _escape_start(match: re.Match[str]) -> str:
+    """Escape what would begin a list or underline a heading: a sign, or the point behind a number."""
+    blanks, first = match[1], match[2]
+    return f"{blanks}\\{first}" if first in "-=" else f"{blanks}{first}\\"
 
 
 def _put_on_one_line(text: object) -> str:
+    """Put text on one line, with a blank for each line break, in which every letter can be seen."""
     return make_printable(re.sub(r"\s*[\r\n]\s*", " ", str(text)))
 
 

@@ -1,10 +1,14 @@
-"""The base of all settings."""
+"""The base of all settings, and the type of names."""
 
+import re
 from collections.abc import Iterator
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, model_validator
 
+MOST_LETTERS = 60
+PLAIN = re.compile(r"\w([\w .,=+~()-]*[\w,=+~()-])?")
+RESERVED = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\..*)?", re.IGNORECASE)  # names of devices on Windows
 # Squares and products of settings stay within what a number of 64 bits holds.
 SMALLEST, LARGEST = 1e-30, 1e30
 
@@ -34,3 +38,16 @@ def _list_numbers(value: Any) -> Iterator[float]:
     elif isinstance(value, tuple):
         for inner in value:
             yield from _list_numbers(inner)
+
+
+def _require_plain(name: str) -> str:
+    """Check that a name can be a part of a folder's name on every system.  Raises ValueError."""
+    if len(name) > MOST_LETTERS or not PLAIN.fullmatch(name) or RESERVED.fullmatch(name):
+        raise ValueError(
+            f"a name becomes part of a folder's: it should have 1 to {MOST_LETTERS} letters, digits, blanks and "
+            "_ . , = + ~ ( ) -, begin with a letter, digit or _, and not end with a blank or a dot"
+        )
+    return name
+
+
+Name = Annotated[str, AfterValidator(_require_plain)]

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
-from .base import Settings
+from .base import Name, Settings
 
 MODEL_VERSION = 3  # goes up when the same case gives another result, or a result that holds more
 ARMS = ("sintered", "unsintered")
@@ -17,6 +17,7 @@ Corner = Annotated[tuple[float, ...], Field(min_length=2, max_length=3)]
 Ring = tuple[Corner, ...]
 APPROACH_SPACINGS = 2.0  # the reach of the cubic spline
 MOST_FRAMES = 100_000
+MOST_NAME_BYTES = 180  # of all names together: the folder of a run is called by them, and may have 255
 MOST_BULGE = 10.0  # nearly a full circle on a short chord
 MOST_REACH = 1e5  # of an outline from the origin, ten times the widest domain [cells]
 MOST_CORNERS = 10_000  # of an outline; the time to build a scene grows with them
@@ -80,14 +81,14 @@ class Outline(Settings):
 class Shape(Settings):
     """The body of snow before it is pressed."""
 
-    name: str
+    name: Name
     outline: Outline
 
 
 class Floor(Settings):
     """What the snow falls on, from the lower left corner of the domain."""
 
-    name: str
+    name: Name
     outline: Outline
     width: float | None = Field(None, gt=10, le=1e4, description="of the domain [cells]; none: the floor's right end")
     drop_x: float | None = Field(None, gt=0, description="place of the snow's centre [cells]; none: mid-domain")
@@ -118,7 +119,7 @@ class Material(Settings):
 class Sintering(Settings):
     """Eqs. 2, 6, 7 and 9: whether they act while the snow is pressed, and their constants."""
 
-    name: str
+    name: Name
     enabled: bool
     rho_max: float = Field(gt=0, description="maximum density [kg/m^3]")
     C1: float = Field(ge=0, description="Eq. 2, internal force [1/(Pa s)]")
@@ -145,7 +146,7 @@ class Loading(Settings):
 class Indenter(Settings):
     """The hardness test: instead of falling, the snow rests, its lower half is held, and a disc is pressed into it."""
 
-    name: str
+    name: Name
     radius: float = Field(gt=0, le=1e9, description="of the rigid disc [cells]")
     depth: float = Field(gt=0, description="to which it goes from the first touch on [cells]")
     speed: float = Field(gt=0, description="with which it goes down [cells/s]")
@@ -164,7 +165,7 @@ class Indenter(Settings):
 class Reading(Settings):
     """One way to read what the paper leaves open; conf/reading says why each default is as it is."""
 
-    name: str
+    name: Name
     length_unit: Literal["cell", "m"]
     cell: float = Field(gt=0, description="a cell of the paper's grid in length units")
     gravity: float = Field(ge=0, description="downward acceleration after release [length/s^2]")
@@ -202,7 +203,7 @@ class Reading(Settings):
 class Fidelity(Settings):
     """How finely the scene is resolved."""
 
-    name: str
+    name: Name
     dx: float = Field(ge=0.01, le=3, description="grid spacing [cells of the paper]")
     particles_per_cell: int = Field(ge=1, le=64, description="particles in a grid cell at the start [1]")
 
@@ -253,6 +254,17 @@ class Case(Settings):
     seed: int = Field(ge=0, le=2**31 - 1, description="of the particles' random places [1]")
     output: Output
     indenter: Indenter | None = None
+
+    @model_validator(mode="after")
+    def _names_fit_a_folder(self) -> "Case":
+        named = (self.shape, self.floor, self.sintering, self.fidelity, self.indenter)
+        length = sum(len(section.name.encode()) for section in named if section)
+        if length > MOST_NAME_BYTES:
+            raise ValueError(
+                f"the names of shape, floor, sintering, fidelity and indenter have {length} bytes together, and may "
+                f"have {MOST_NAME_BYTES}: they are part of a folder's name"
+            )
+        return self
 
     @model_validator(mode="after")
     def _density_can_grow(self) -> "Case":

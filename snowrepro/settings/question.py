@@ -5,7 +5,7 @@ from typing import Any, Literal
 from pydantic import Field, model_validator
 
 from .analysis import Analysis
-from .base import Settings
+from .base import Name, Settings
 
 # Columns of a fallen run's summary that something can be claimed of.
 Measure = Literal[
@@ -19,7 +19,7 @@ Measure = Literal[
 class Claim(Settings):
     """One claim of the paper, and how it is decided; conf/claims says what the tests are."""
 
-    name: str = Field(min_length=1)
+    name: Name
     statement: str
     paper: str = Field(description="the paper's sentence")
     measure: Measure = Field(description="a column of the runs' summary")
@@ -33,7 +33,7 @@ class Claim(Settings):
 class Claims(Settings):
     """What is to be decided, written before the runs that decide it."""
 
-    name: str
+    name: Name
     alpha: float = Field(gt=0, lt=0.5, description="error that a verdict may have [1]")
     list: tuple[Claim, ...]
 
@@ -55,7 +55,7 @@ HOW_USED = {"variants", "order", "varies", "checks"}  # settings of an experimen
 class Experiment(Settings):
     """A figure, a table or a study: what its report draws from its runs, and where else it is used."""
 
-    name: str = Field(min_length=1, description="of the report's folder")
+    name: Name = Field(description="of the report's folder")
     title: str
     figure: str = Field("", description="of the paper, such as Fig. 5 or Table 2")
     says: str = Field("", description="what the paper says of it")

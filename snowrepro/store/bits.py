@@ -8,10 +8,11 @@ import xarray as xr
 
 def digests(dataset: xr.Dataset) -> dict[str, str]:
     """Each variable and coordinate with a SHA-256 of its type, shape and values; the same in memory and from a file."""
-    return {str(name): _digest(dataset[name].values) for name in sorted(dataset.variables, key=str)}
+    return {str(name): digest_values(dataset[name].values) for name in sorted(dataset.variables, key=str)}
 
 
-def _digest(values: np.ndarray) -> str:
+def digest_values(values: np.ndarray) -> str:
+    """A SHA-256 of an array's type, shape and values."""
     if values.dtype.kind in "fiub":
         little = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<"))
         kind, content = little.dtype.str, little.tobytes()

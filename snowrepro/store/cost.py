@@ -25,7 +25,7 @@ class Kind:
 def kind_of(case: Case) -> Kind:
     """The kind of a run."""
     fidelity, solver = case.fidelity, case.solver
-    particles = _area(case.shape.outline) * fidelity.particles_per_cell / fidelity.dx**2
+    particles = count_particles(case)
     return Kind(
         shape=case.shape.name,
         floor=case.floor.name,
@@ -37,6 +37,11 @@ def kind_of(case: Case) -> Kind:
         frames=case.frames,
         work=particles / fidelity.dx,
     )
+
+
+def count_particles(case: Case) -> float:
+    """How many particles the area of the snow has room for."""
+    return _area(case.shape.outline) * case.fidelity.particles_per_cell / case.fidelity.dx**2
 
 
 @functools.lru_cache(maxsize=256)

@@ -4,13 +4,19 @@ import hashlib
 import json
 import os
 import shutil
+import stat
 import tempfile
+import uuid
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+from .. import foreign
 from ..errors import StoreError
+from ..foreign import MIB, Unreadable, open_plain
+
+MOST_JSON = 64 * MIB
 
 
 def require_writable(folder: str | Path) -> None:
@@ -23,13 +29,20 @@ def require_writable(folder: str | Path) -> None:
         raise StoreError(f"cannot write into the folder '{folder}': {error.strerror or error}") from error
 
 
+def require_no_links(folder: Path) -> None:
+    """Check that a folder that is written into is no link, and has none in it.  Raises StoreError that names it."""
+    inside = (Path(place, name) for place, folders, names in os.walk(folder) for name in (*folders, *names))
+    for path in (folder, *inside):
+        if path.is_symlink():
+            raise StoreError(f"{path} is a link, through which nothing is written: remove it")
+
+
 def read_json(path: Path) -> dict[str, Any]:
-    """What a JSON file holds; empty if it is not there or broken."""
+    """What a JSON file holds; empty if it is not there or broken.  What a store holds is read by ``models``."""
     try:
-        read = json.loads(path.read_bytes())
-    except (OSError, ValueError):
+        return foreign.read_json(path, MOST_JSON)
+    except (OSError, Unreadable):
         return {}
-    return read if isinstance(read, dict) else {}
 
 
 def write_json(path: Path, content: Any, durable: bool = True) -> None:
@@ -39,22 +52,23 @@ def write_json(path: Path, content: Any, durable: bool = True) -> None:
 
 
 def sha256(path: Path) -> str:
-    """Checksum of a file's content."""
+    """Checksum of a regular file's content.  Raises Unreadable if it is none; FileNotFoundError."""
     digest = hashlib.sha256()
-    with path.open("rb") as file:
+    with open_plain(path) as file:
         while block := file.read(1 << 20):
             digest.update(block)
     return digest.hexdigest()
 
 
 def size_of(folder: Path) -> int:
-    """Bytes in all files of a folder or in one file; files that vanish meanwhile do not count."""
+    """Bytes in all files of a folder or in one file; neither what links lead to counts, nor files that vanish."""
+    is_folder = folder.is_dir() and not folder.is_symlink()
+    inside = (Path(place, name) for place, _, names in os.walk(folder) for name in names)
     total = 0
-    for path in folder.rglob("*") if folder.is_dir() else [folder]:
-        try:
-            total += path.stat().st_size if path.is_file() else 0
-        except OSError:
-            continue
+    for path in inside if is_folder else [folder]:
+        with suppress(OSError):
+            status = path.lstat()
+            total += status.st_size if stat.S_ISREG(status.st_mode) else 0
     return total
 
 
@@ -82,7 +96,7 @@ def writing(path: Path) -> Iterator[None]:
 @contextmanager
 def published(path: Path, durable: bool = True) -> Iterator[Path]:
     """A scratch file that becomes ``path`` in one rename if the block ends well, and vanishes if not."""
-    partial = path.with_name(f"{path.name}.{os.getpid()}.part")
+    partial = path.with_name(f"{path.name}.{uuid.uuid4().hex[:12]}.part")  # that nobody can have put there
     with writing(path):
         try:
             path.parent.mkdir(parents=True, exist_ok=True)

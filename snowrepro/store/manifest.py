@@ -7,12 +7,18 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from .. import foreign
+from ..foreign import Unreadable
+from ..settings.case import MODEL_VERSION
 from ..settings.execution import COULD_CHANGE_BITS, Execution
 from ..sources import digests_of
-from .files import read_json, sha256, write_json
+from . import models
+from .files import sha256, write_json
+from .identity import is_id_of
 from .provenance import environment, packages
 
 MANIFEST = "manifest.json"
+RESULT = "run.nc"
 _encode = json.JSONEncoder(sort_keys=True).encode
 MOST_FILES = 3  # named of those that changed
 
@@ -27,7 +33,25 @@ def write(folder: Path, names: list[str], content: Mapping[str, Any]) -> None:
 
 def read(folder: Path) -> dict[str, Any]:
     """The manifest of a folder; empty if there is none that can be read."""
-    return read_json(folder / MANIFEST)
+    try:
+        return load(folder)
+    except Unreadable:
+        return {}
+
+
+def load(folder: Path, name: str = MANIFEST) -> dict[str, Any]:
+    """The manifest of a folder, whose own keys have the types of ``models.Manifest``; others belong to its checksum.
+
+    Raises Unreadable where there is none, or it says what no manifest does.
+    """
+    path = folder / name
+    foreign.refuse_links(path, folder.parent)
+    try:
+        content = foreign.read_json(path, models.MOST_MANIFEST)
+    except (FileNotFoundError, NotADirectoryError) as error:
+        raise Unreadable(path, "is missing") from error
+    models.check(path, models.Manifest, content)
+    return content
 
 
 def is_intact(manifest: Mapping[str, Any]) -> bool:
@@ -41,27 +65,60 @@ def flaw(folder: Path, manifest: Mapping[str, Any], run_id: str, thorough: bool 
     A file whose size and time are those of the manifest is taken to be the same; ``thorough`` reads it all.
     """
     if not manifest:
-        return f"{MANIFEST} is missing or cannot be read"
+        return _why_unread(folder)
     if not is_intact(manifest):
         return f"{MANIFEST} is not as it was written: its checksum differs"
     if manifest.get("run_id") != run_id:
         return f"{MANIFEST} is that of {manifest.get('run_id')}"
-    for name, promised in manifest["files"].items():
+    if is_of_this_version(manifest) and not is_id_of(run_id, manifest["config"]):
+        return f"{MANIFEST} is of another run: its configuration has another id"
+    if RESULT not in manifest["files"]:
+        return f"{MANIFEST} has no {RESULT}"
+    return _flaw_of_files(folder, manifest["files"], thorough)
+
+
+def is_of_this_version(manifest: Mapping[str, Any]) -> bool:
+    """Whether what a manifest says of its configuration is said in the words of this version."""
+    return manifest.get("model_version") == MODEL_VERSION and bool(manifest.get("config"))
+
+
+def _why_unread(folder: Path) -> str:
+    """Why there is no manifest to go by."""
+    try:
+        load(folder)
+    except Unreadable as error:
+        return f"{MANIFEST} is missing or cannot be read ({error.detail})"
+    return f"{MANIFEST} was missing"
+
+
+def _flaw_of_files(folder: Path, files: Mapping[str, Any], thorough: bool) -> str | None:
+    """What is wrong with the files of a folder; None if they are as its manifest says."""
+    for name, promised in files.items():
         try:
-            status = (folder / name).stat()
+            status = (folder / name).lstat()
         except OSError:
             return f"{name} is missing"
+        if not foreign.is_plain_file(folder / name):
+            return f"{name} is a link, or no regular file"
         if status.st_size != promised["bytes"]:
             return f"{name} has {status.st_size} bytes instead of {promised['bytes']}"
-        unread = not thorough and status.st_mtime_ns == promised["mtime_ns"]
-        if not unread and sha256(folder / name) != promised["sha256"]:
+        is_trusted = not thorough and status.st_mtime_ns == promised["mtime_ns"]
+        if not is_trusted and _sha256(folder / name) != promised["sha256"]:
             return f"{name} is not as it was written: its checksum differs"
     return None
 
 
+def _sha256(path: Path) -> str:
+    """Checksum of a file; empty where it cannot be read."""
+    try:
+        return sha256(path)
+    except (OSError, Unreadable):
+        return ""
+
+
 def stale(manifest: Mapping[str, Any], execution: Execution) -> dict[str, str]:
     """By what a result is older than what would make it now: "config", "code" or "environment", and what differs."""
-    before, now = manifest.get("config", {}), {key: getattr(execution, key) for key in COULD_CHANGE_BITS}
+    before, now = manifest.get("config") or {}, {key: getattr(execution, key) for key in COULD_CHANGE_BITS}
     kinds = {
         "config": differences({key: before.get(key) for key in COULD_CHANGE_BITS}, now),
         "code": _changed(manifest.get("code", {}), CODE),

@@ -9,6 +9,10 @@ An unfinished one is a folder ``.work/<id>``: who works on it (see ``lease``), `
 ``checkpoint.npz`` with what it takes to go on, and ``outcome.json`` with how the last attempt ended.
 """
 
+import functools
+import hashlib
+import json
+import os
 import shutil
 import uuid
 from collections.abc import Mapping
@@ -19,12 +23,14 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from .. import foreign
 from ..errors import StoreError
+from ..foreign import Unreadable
 from ..settings.case import MODEL_VERSION, Case
 from ..settings.config import Config
 from ..text import make_printable
-from . import lease, manifest
-from .files import flush, read_json, write_json, writing
+from . import lease, manifest, models
+from .files import flush, sha256, write_json, writing
 from .identity import run_id
 from .provenance import provenance
 
@@ -32,7 +38,7 @@ if TYPE_CHECKING:
     import numpy as np
     import xarray as xr
 
-RESULT = "run.nc"
+RESULT = manifest.RESULT
 LOG = "run.log"
 CHECKPOINT = "checkpoint.npz"
 SUMMARY = "summary.json"
@@ -42,6 +48,20 @@ OUTCOME = "outcome.json"
 PROGRESS = "progress.json"
 WORK = ".work"
 TRASH = ".trash"
+SWEEPS = "sweeps"
+# Arrays that every result has; and how many times the particles are at most that its area has room for.
+ARRAYS = ("position", "velocity", "mass", "density", "J_P", "hardening", "young", "time", "frame", "snapshot")
+MOST_PARTICLES = 4.0
+# What a store has beside the folders of its runs, and is never a link.
+OWN = (WORK, TRASH, SWEEPS, ".sweep", "sweep.log")
+
+
+# Results that this process found not to be what they looked like: by folder, which file that was, and why.
+FOUND_BROKEN: dict[Path, tuple[tuple[int, int], str]] = {}
+
+
+class BrokenResult(StoreError):
+    """A result that looked whole by sizes and times, and is not."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +106,33 @@ class Run:
 
     def is_done(self) -> bool:
         """Whether a whole result is there: it is what its manifest says."""
-        return self.folder.is_dir() and manifest.flaw(self.folder, self.manifest(), self.id) is None
+        return self.flaw() is None
+
+    def flaw(self, thorough: bool = False) -> str | None:
+        """What is wrong with the result that is there; None if nothing is, empty if there is none.
+
+        ``thorough``: read every file, and not just its size and time.
+        """
+        return self.examine(thorough)[0]
+
+    def examine(self, thorough: bool = False) -> tuple[str | None, dict[str, Any]]:
+        """What is wrong with the result that is there, as ``flaw`` says it, and its manifest as far as it was read."""
+        if not os.path.lexists(self.folder):
+            return "", {}
+        stamp, reason = FOUND_BROKEN.get(self.folder.absolute(), (None, ""))
+        if stamp == self._stamp():
+            return reason, {}
+        if not foreign.is_own_folder(self.folder, self.store):
+            return "its folder is a link, which is not followed, or no folder", {}
+        written = self.manifest()
+        if written and not manifest.is_of_this_version(written):
+            return f"{manifest.MANIFEST} cannot be read as one of this version: it has no configuration of it", written
+        return manifest.flaw(self.folder, written, self.id, thorough), written
+
+    def require_own_folders(self) -> None:
+        """Check that nothing is written through a link.  Raises StoreError that names it."""
+        require_own_folders(self.store)
+        foreign.refuse_links(self.work / LOG, self.store)
 
     def is_current(self) -> bool:
         """Whether a whole result is there and not stale by what ``execution.rerun`` selects."""
@@ -97,13 +143,59 @@ class Run:
         return not any(kind in stale for kind in rerun)
 
     def open(self) -> "xr.Dataset":
-        """The result, as ``simulate`` gave it.  Raises StoreError if it is not there or cannot be read."""
-        return open_run(self.result)
+        """The result, as ``simulate`` gave it.
 
-    def save(self, dataset: "xr.Dataset", facts: Mapping[str, Any] | None = None, **seconds: float) -> Path:
+        Read as a whole once in a process, to see that it is what its manifest says.  Raises BrokenResult, which is
+        then what ``states.standing`` finds as well, if it is not, or cannot be read; StoreError if it is not there.
+        """
+        if not os.path.lexists(self.result):
+            raise StoreError(f"there is no result of the run '{self.id}' in the folder '{self.store}'")
+        try:
+            _verify(self.folder.absolute(), self.id, self._stamp())
+            dataset = _arrays().read_result(self.result)
+            self._require_arrays(dataset)
+        except StoreError as error:
+            raise self.broken(str(error)) from error
+        return dataset
+
+    def _require_arrays(self, dataset: "xr.Dataset") -> None:
+        """Check that a result has the arrays of this run, no larger than they can be.  Raises StoreError."""
+        particles = MOST_PARTICLES * _arrays().count_particles(self.case)
+        if missing := [name for name in ARRAYS if name not in dataset.variables]:
+            raise StoreError(f"{RESULT} has no {', '.join(missing)}")
+        sizes = {name: dataset.sizes.get(name, 0) for name in ("frame", "snapshot", "particle")}
+        if not 0 < sizes["snapshot"] <= sizes["frame"] <= self.case.frames + 1:
+            raise StoreError(f"{RESULT} has {sizes['frame']:,} frames, and its run {self.case.frames + 1:,}")
+        if not 0 < sizes["particle"] <= particles:
+            raise StoreError(f"{RESULT} has {sizes['particle']:,} particles, and its scene at most {particles:,.0f}")
+
+    def broken(self, reason: str) -> BrokenResult:
+        """The error to raise for a result that looked whole and is not; from now on the run stands as broken."""
+        FOUND_BROKEN[self.folder.absolute()] = (self._stamp(), reason)
+        return BrokenResult(f"{self.id}: {reason}")
+
+    def prepare_result(self) -> Path:
+        """Make the folder in which a result is written before it is published.
+
+        Who takes a run over removes those that others made.  So a process that was taken for dead, and wakes up, has
+        no folder any more, and can publish nothing.
+        """
+        folder = self.work / f"result.{uuid.uuid4().hex[:8]}"
+        with writing(folder):
+            folder.mkdir(parents=True)
+        return folder
+
+    def save(
+        self,
+        dataset: "xr.Dataset",
+        facts: Mapping[str, Any] | None = None,
+        folder: Path | None = None,
+        **seconds: float,
+    ) -> Path:
         """Publish a result, whole or not at all, and forget the work on it; returns its file.
 
-        ``seconds``: what it took, by name, kept as attributes; ``facts``: what else the manifest says.
+        ``seconds``: what it took, by name, kept as attributes; ``facts``: what else the manifest says; ``folder``: as
+        ``prepare_result`` made it.  Raises StoreError, also where another process has removed that folder.
         """
         rounded = {name: float(f"{value:.4g}") for name, value in seconds.items()}
         origin = provenance()
@@ -111,7 +203,8 @@ class Run:
         content = {"run_id": self.id, "model_version": MODEL_VERSION, **origin, **rounded, **(facts or {})}
         content["kind"] = asdict(_arrays().kind_of(self.case))
         content["config"] = self.config.record()
-        folder = self.work / f"result.{uuid.uuid4().hex[:8]}"
+        self.require_own_folders()
+        folder = folder or self.prepare_result()
         try:
             with writing(self.result):
                 self._write_result(folder, dataset, content)
@@ -125,25 +218,30 @@ class Run:
 
     def _write_result(self, folder: Path, dataset: "xr.Dataset", content: dict[str, Any]) -> None:
         """Write result, log and manifest into a folder that is to be published."""
-        folder.mkdir(parents=True)
         _arrays().write_result(folder / RESULT, dataset)
-        if (self.work / LOG).exists():
-            shutil.copyfile(self.work / LOG, folder / LOG)
+        if foreign.is_plain_file(self.work / LOG):
+            foreign.copy_plain(self.work / LOG, folder / LOG)
+            flush(folder / LOG)
         content["arrays"] = _arrays().digests(dataset)
         manifest.write(folder, [name for name in (RESULT, LOG) if (folder / name).exists()], content)
 
     def adopt(self) -> bool:
         """Publish the whole result of a process that died just before it could; whether there was one."""
-        for folder in self.work.glob("result.*"):
-            if manifest.flaw(folder, manifest.read(folder), self.id, thorough=True) is None:
+        for folder in sorted(self.work.glob("result.*")):
+            if folder.is_symlink() or not folder.is_dir():
+                folder.unlink()
+            elif manifest.flaw(folder, manifest.read(folder), self.id, thorough=True) is None:
                 publish(folder, self.folder)
                 return True
             shutil.rmtree(folder, ignore_errors=True)
         return False
 
-    def outcome(self) -> dict[str, Any]:
-        """How the last attempt without a result ended, as ``save_outcome`` wrote it; empty if there was none."""
-        return read_json(self.work / OUTCOME)
+    def outcome(self) -> models.Outcome | None:
+        """How the last attempt without a result ended, as ``save_outcome`` wrote it; None if there was none.
+
+        Raises Unreadable.
+        """
+        return read_outcome(self.work, self.store)
 
     def save_outcome(self, state: str, message: str, final: bool = False) -> None:
         """Record how an attempt ended without a result.
@@ -155,6 +253,7 @@ class Run:
 
     def record_loss(self, state: str, message: str) -> None:
         """Record how an attempt ended that could not say so itself, as its process was killed."""
+        self.require_own_folders()
         taken = lease.take(self.work)
         if taken:  # else somebody else goes on with the run
             with suppress(StoreError):  # a full disk: the run counts as interrupted
@@ -163,15 +262,30 @@ class Run:
 
     def forget_outcome(self) -> None:
         """Let the run be tried again."""
+        self.require_own_folders()
         (self.work / OUTCOME).unlink(missing_ok=True)
 
     def checkpoint(self) -> "dict[str, np.ndarray] | None":
-        """What ``save_checkpoint`` kept; None if there is none, it is broken, or other code or versions made it."""
-        return _arrays().read_checkpoint(self.work / CHECKPOINT, manifest.code_digest())
+        """What ``save_checkpoint`` kept; None if there is none, or it is of no use: see ``load_checkpoint``."""
+        try:
+            return self.load_checkpoint()
+        except Unreadable:
+            return None
+
+    def load_checkpoint(self) -> "dict[str, np.ndarray] | None":
+        """What ``save_checkpoint`` kept; None if there is none.
+
+        Raises Unreadable if it is broken, or is another run's, or other code or versions made it.
+        """
+        foreign.refuse_links(self.work / CHECKPOINT, self.store)
+        try:
+            return _arrays().read_checkpoint(self.work / CHECKPOINT, self.id, manifest.code_digest())
+        except FileNotFoundError:
+            return None
 
     def save_checkpoint(self, arrays: "Mapping[str, np.ndarray]") -> None:
         """Keep what it takes to go on with the run; it replaces the one before."""
-        _arrays().write_checkpoint(self.work / CHECKPOINT, arrays, manifest.code_digest())
+        _arrays().write_checkpoint(self.work / CHECKPOINT, arrays, self.id, manifest.code_digest())
 
     def save_config(self) -> None:
         """Write down what is worked on, in the work folder."""
@@ -186,29 +300,52 @@ class Run:
         (self.work / PROGRESS).unlink(missing_ok=True)
 
     def row(self, key: str) -> dict[str, Any] | None:
-        """The row of numbers that was kept for this result under the key of the analysis; None if there is none."""
-        path = self.folder / SUMMARY
-        if not self._is_derived(path):
-            return None
-        content = read_json(path)
-        return content.get("row") if content.get("key") == key else None
+        """The row of numbers that was kept for this result under the key of the analysis.
+
+        None if there is none, or it is not as it was written, or of another result.
+        """
+        kept = self._kept(key)
+        return kept.row if kept else None
 
     def save_row(self, key: str, row: Mapping[str, Any]) -> None:
-        """Keep the row of numbers beside the result, under the key of the analysis that made it."""
-        write_json(self.folder / SUMMARY, {"key": key, "row": row}, durable=False)
+        """Keep the row of numbers beside the result, under the key of the analysis that made it.
+
+        What its bonds saw is to be kept before.
+        """
+        foreign.refuse_links(self.folder, self.store)
+        bonds = self.folder / ANALYSIS
+        kept = sha256(bonds) if foreign.is_plain_file(bonds) else ""
+        content = {"key": key, "run_id": self.id, "analysis": kept, "row": dict(row)}
+        write_json(self.folder / SUMMARY, {**content, "checksum": _checksum(content)}, durable=False)
 
     def analysis(self, key: str) -> "xr.Dataset | None":
         """What ``save_analysis`` kept for this result under a key, read whole; None if there is none."""
-        path = self.folder / ANALYSIS
-        return _arrays().read_derived(path, key) if self._is_derived(path) else None
+        path, kept = self.folder / ANALYSIS, self._kept(key)
+        if kept is None or not foreign.is_plain_file(path) or sha256(path) != kept.analysis:
+            return None
+        return _arrays().read_derived(path, key)
 
     def save_analysis(self, key: str, dataset: "xr.Dataset") -> None:
         """Keep what the bonds saw beside the result, under the key of the analysis."""
+        foreign.refuse_links(self.folder, self.store)
         _arrays().write_derived(self.folder / ANALYSIS, dataset, key)
 
-    def _is_derived(self, path: Path) -> bool:
-        """Whether a file that was derived from the result is there and not older than it."""
-        return path.exists() and path.stat().st_mtime_ns >= self.result.stat().st_mtime_ns
+    def _kept(self, key: str) -> models.KeptRow | None:
+        """What was derived from the result under a key; None if nothing was, or it is another's or not as written."""
+        path = self.folder / SUMMARY
+        kept = models.or_none(lambda: models.read_model(path, models.KeptRow, models.MOST_ROW, self.store))
+        if kept is None or (kept.key, kept.run_id) != (key, self.id):
+            return None
+        is_whole = kept.checksum == _checksum(kept.model_dump(exclude={"checksum"}))
+        return kept if is_whole and path.lstat().st_mtime_ns >= self._stamp()[1] else None
+
+    def _stamp(self) -> tuple[int, int]:
+        """What changes when the result is made anew; zeros where it is not there."""
+        try:
+            status = self.result.lstat()
+        except OSError:
+            return 0, 0
+        return status.st_ino, status.st_mtime_ns
 
 
 def open_run(id_or_path: str | Path, store: str | Path = "runs") -> "xr.Dataset":
@@ -216,12 +353,14 @@ def open_run(id_or_path: str | Path, store: str | Path = "runs") -> "xr.Dataset"
 
     Another code's file is opened as it is.  Raises StoreError if there is no such file or it cannot be read.
     """
-    return _arrays().read_result(find_result(id_or_path, store))
+    return open_particles(id_or_path, store)
 
 
 def open_particles(id_or_path: str | Path, store: str | Path = "runs", group: str | None = None) -> "xr.Dataset":
     """Open a run as ``open_run`` does, or the particles of another code in a file or in a ``group`` of it."""
-    return _arrays().read_result(find_result(id_or_path, store), group)
+    path = find_result(id_or_path, store)
+    _require_as_written(path)
+    return _arrays().read_result(path, group)
 
 
 def find_result(id_or_path: str | Path, store: str | Path) -> Path:
@@ -229,13 +368,26 @@ def find_result(id_or_path: str | Path, store: str | Path) -> Path:
 
     It may be no regular file; only its reader can say so.  Raises StoreError if there is nothing.
     """
-    for candidate in (Path(id_or_path), Path(store) / id_or_path):
-        with suppress(OSError, ValueError):  # a name too long, a folder that may not be entered, a name with a zero
-            path = candidate / RESULT if candidate.is_dir() else candidate
-            if path.exists():
-                return path
-    name = make_printable(id_or_path)
-    raise StoreError(f"there is no run '{name}': neither a file nor an id in the folder '{make_printable(store)}'")
+    name, places = str(id_or_path), []
+    with suppress(OSError, ValueError):  # a name too long, a folder that may not be entered, a name with a zero
+        if os.path.lexists(id_or_path):
+            places.append(Path(id_or_path).resolve())  # a link that the caller names is one that the caller knows
+    if foreign.is_plain_name(name) and foreign.is_own_folder(Path(store) / name, Path(store)):
+        places.append(Path(store) / name)
+    for place in places:
+        path = place / RESULT if place.is_dir() else place
+        if os.path.lexists(path):
+            return path
+    raise StoreError(
+        f"there is no run '{make_printable(name)}': neither a file nor an id in the folder '{make_printable(store)}'"
+    )
+
+
+def _require_as_written(path: Path) -> None:
+    """Check that a result is what a manifest beside it says, if there is one.  Raises Unreadable."""
+    promised = manifest.read(path.parent).get("files", {}).get(path.name)
+    if promised and sha256(path) != promised["sha256"]:
+        raise Unreadable(path, "cannot be read: it is not as it was written, its checksum differs")
 
 
 def _arrays() -> ModuleType:
@@ -246,29 +398,89 @@ def _arrays() -> ModuleType:
 
 
 def publish(folder: Path, place: Path) -> None:
-    """Move a whole folder to its place by one rename; what was there before goes to the trash first."""
+    """Move a whole folder to its place by one rename; what was there before goes to the trash.
+
+    Raises StoreError; where the folder was removed by another process, what is at its place stays there.
+    """
     with writing(place):
         flush(folder)
-        if place.exists():
-            discard(place)
-        folder.rename(place)
+        before = _put_aside(place) if os.path.lexists(place) else None
+        try:
+            folder.rename(place)
+        except OSError:
+            if before and not os.path.lexists(place):
+                before.rename(place)
+            raise
         flush(place.parent)
+        if before:
+            shutil.rmtree(before, ignore_errors=True)
 
 
 def discard(folder: Path) -> None:
-    """Take a folder out of the store, by one rename; its files are then removed."""
+    """Take a folder out of the store, by one rename; its files are then removed.  Of a link, only the link is.
+
+    Raises StoreError where the trash, or a folder on the way, is a link.
+    """
+    aside = _put_aside(folder)
+    if aside:
+        shutil.rmtree(aside, ignore_errors=True)
+
+
+def _put_aside(folder: Path) -> Path | None:
+    """Move a folder into the trash; returns where it is.  A link is removed."""
     store = folder.parent.parent if folder.parent.name == WORK else folder.parent
-    trash = store / TRASH / f"{folder.name}.{uuid.uuid4().hex[:8]}"
+    foreign.refuse_links(folder.parent, store)
+    if folder.is_symlink():
+        folder.unlink()
+        return None
+    foreign.refuse_links(store / TRASH, store)
+    trash = store / TRASH / f"{folder.name[:200]}.{uuid.uuid4().hex[:8]}"
     trash.parent.mkdir(exist_ok=True)
     folder.rename(trash)
-    shutil.rmtree(trash, ignore_errors=True)
+    return trash
 
 
-def has_failed_for_good(outcome: Mapping[str, Any]) -> bool:
+def require_own_folders(store: Path) -> None:
+    """Check that nothing that a store has beside its runs is a link.  Raises StoreError that names the one that is."""
+    for name in OWN:
+        foreign.refuse_links(store / name, store)
+
+
+@functools.lru_cache(maxsize=4096)
+def _verify(folder: Path, run_id: str, _stamp: tuple[int, int]) -> None:
+    """Check once in a process that a folder holds the whole result of a run.  Raises Unreadable."""
+    written = manifest.read(folder)
+    reason = manifest.flaw(folder, written, run_id, thorough=True)
+    if reason:
+        raise Unreadable(RESULT, f"cannot be read: {reason}")
+
+
+def _checksum(content: Mapping[str, Any]) -> str:
+    """A checksum over what is kept of a result."""
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def has_failed_for_good(outcome: models.Outcome | None) -> bool:
     """Whether an outcome is one that this code and these versions would come to again."""
-    return bool(outcome.get("final")) and outcome.get("made_by") == manifest.code_digest()
+    return outcome is not None and outcome.final and outcome.made_by == manifest.code_digest()
 
 
-def read_progress(work: Path) -> dict[str, int]:
-    """How far the run of a work folder is, as ``save_progress`` wrote it; empty if it is not under way."""
-    return read_json(work / PROGRESS)
+def read_outcome(work: Path, store: Path) -> models.Outcome | None:
+    """How the last attempt of a work folder ended; None if nothing says so.  Raises Unreadable."""
+    return models.read_model(work / OUTCOME, models.Outcome, models.MOST_OUTCOME, store)
+
+
+def read_progress(work: Path) -> models.Progress | None:
+    """How far the run of a work folder is, as ``save_progress`` wrote it; None if it is not under way."""
+    store = work.parent.parent
+    read = functools.partial(models.read_model, work / PROGRESS, models.Progress, models.MOST_PROGRESS, store)
+    return models.or_none(read)
+
+
+def read_config(work: Path, store: Path) -> dict[str, Any]:
+    """The configuration that is worked on in a work folder, as plain values; empty if there is none to be read."""
+    foreign.refuse_links(work, store)
+    try:
+        return foreign.read_json(work / CONFIG, models.MOST_CONFIG)
+    except (OSError, Unreadable):
+        return {}

@@ -1,11 +1,13 @@
 """Where runs stand, read from the disk alone."""
 
+import os
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ..foreign import Unreadable, is_own_folder, is_plain_file, list_own
 from . import lease, manifest
-from .run import CHECKPOINT, WORK, Run, has_failed_for_good, read_progress
+from .run import CHECKPOINT, OUTCOME, WORK, Run, has_failed_for_good, read_progress
 
 PENDING, RUNNING, DONE, FAILED = "pending", "running", "done", "failed"
 TIMED_OUT, INTERRUPTED, BROKEN = "timed out", "interrupted", "broken"
@@ -38,7 +40,7 @@ def standings(runs: Iterable[Run], thorough: bool = False) -> Iterator[Standing]
     for run in runs:
         store = run.store
         if store not in listed:
-            listed[store] = _names(store), _names(store / WORK)
+            listed[store] = _names(store, store), _names(store / WORK, store)
         published, worked_on = listed[store]
         if run.id in published or run.id in worked_on:
             yield standing(run, thorough)
@@ -48,16 +50,15 @@ def standings(runs: Iterable[Run], thorough: bool = False) -> Iterator[Standing]
 
 def standing(run: Run, thorough: bool = False) -> Standing:
     """Where one run stands."""
-    holder = lease.holder(run.work)
-    written = run.manifest()
-    flaw = manifest.flaw(run.folder, written, run.id, thorough) if run.folder.is_dir() else ""
+    holder = lease.holder(run.work) if is_own_folder(run.work, run.store) else None
+    flaw, written = run.examine(thorough)
     if flaw is None:
         stale = manifest.stale(written, run.config.execution)
         redone = f"; {holder} makes it anew" if holder else ""
         return Standing(DONE, f"made {written.get('created', 'some time ago')}{redone}", stale)
     if holder:
         progress = read_progress(run.work)
-        frame = f", frame {progress['frame']} of {progress['frames']}" if progress else ""
+        frame = f", frame {progress.frame} of {progress.frames}" if progress else ""
         return Standing(RUNNING, f"{holder}{frame}")
     if flaw:
         return Standing(BROKEN, flaw)
@@ -66,22 +67,26 @@ def standing(run: Run, thorough: bool = False) -> Standing:
 
 def _ended(run: Run) -> Standing:
     """Where a run stands that nobody works on and that has no result."""
-    outcome, died = run.outcome(), lease.dead_holder(run.work)
+    if not is_own_folder(run.work, run.store):
+        is_there = os.path.lexists(run.work)
+        return Standing(BROKEN, "its work folder is a link, which is not followed") if is_there else _NEVER
+    try:
+        outcome = run.outcome()
+    except Unreadable as error:
+        return Standing(BROKEN, f"{OUTCOME} {error.reason}")
+    died = lease.dead_holder(run.work)
     if died:  # after whatever was recorded
         return Standing(INTERRUPTED, f"{died} died{_checkpoint_of(run)}")
-    if not outcome:
-        return Standing(INTERRUPTED, f"stopped{_checkpoint_of(run)}") if run.work.is_dir() else _NEVER
-    checkpoint = "" if outcome["state"] == FAILED else _checkpoint_of(run)
-    return Standing(outcome["state"], f"{outcome['message']}{checkpoint}", final=has_failed_for_good(outcome))
+    if outcome is None:
+        return Standing(INTERRUPTED, f"stopped{_checkpoint_of(run)}")
+    checkpoint = "" if outcome.state == FAILED else _checkpoint_of(run)
+    return Standing(outcome.state, f"{outcome.message}{checkpoint}", final=has_failed_for_good(outcome))
 
 
 def _checkpoint_of(run: Run) -> str:
     """Whether there is a checkpoint, in words behind others."""
-    return ", kept a checkpoint" if (run.work / CHECKPOINT).exists() else ""
+    return ", kept a checkpoint" if is_plain_file(run.work / CHECKPOINT) else ""
 
 
-def _names(folder: Path) -> frozenset[str]:
-    try:
-        return frozenset(path.name for path in folder.iterdir())
-    except OSError:
-        return frozenset()
+def _names(folder: Path, store: Path) -> frozenset[str]:
+    return frozenset(entry.name for entry in list_own(folder, store))

@@ -14,6 +14,7 @@ from ..analysis.lumps import Classification, classify_motion
 from ..analysis.motion import read_motion
 from ..composition.compose import compose
 from ..errors import ConfigError, DataError
+from ..foreign import parse_json
 from ..settings.analysis import Analysis
 from ..store import cf
 from ..store.files import published
@@ -88,7 +89,7 @@ def read_run_config(dataset: xr.Dataset) -> dict[str, Any] | None:
     if not isinstance(text, str) or len(text) > LONGEST_CONFIG:
         return None
     try:
-        config = json.loads(text)
+        config = parse_json(text)
     except (ValueError, RecursionError):
         return None
     return config if isinstance(config, dict) and SECTIONS <= config.keys() else None

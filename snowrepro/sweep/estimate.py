@@ -12,10 +12,12 @@ from typing import Any
 from ..settings.case import Case
 from ..store import manifest
 from ..store.cost import Kind, kind_of
+from ..store.models import KindFacts
 from ..store.provenance import environment
 
 MOST_MEASURED = 1000  # the newest runs of a store: enough to find a like one
 MOST_LIKE = 9
+MOST_SECONDS = 1e9  # that a run can have taken
 LAUNCH_SECONDS = 0.8  # of a run beyond its frames: its process, writing the result, its row of numbers
 # Where a store has no run yet: preview fidelity on an AMD EPYC of 2024.
 GUESS_STARTUP, GUESS_COST, GUESS_MEMORY_MB = 1.5, 4.5e-6, 400.0
@@ -60,18 +62,25 @@ def measured_in(store: str | Path) -> list[Measured]:
     """What the newest finished runs of a store took; on this kind of processor, if there are any such."""
     try:
         with os.scandir(store) as entries:
-            folders = [(entry.stat().st_mtime, entry.path) for entry in entries if not entry.name.startswith(".")]
+            runs = [entry for entry in entries if not entry.name.startswith(".") and not entry.is_symlink()]
+            folders = [(entry.stat(follow_symlinks=False).st_mtime, entry.path) for entry in runs]
     except OSError:
         return []
     newest = sorted(folders, reverse=True)[:MOST_MEASURED]
-    written = [content for _, path in newest if (content := manifest.read(Path(path))).get("seconds_per_frame")]
+    written = [content for _, path in newest if _tells_time(content := manifest.read(Path(path)))]
     here = [c for c in written if c.get("environment", {}).get("processor") == environment()["processor"]]
     return [_measured(content) for content in here or written]
 
 
+def _tells_time(content: Mapping[str, Any]) -> bool:
+    """Whether a manifest says how long its run took, frame by frame."""
+    seconds = content.get("seconds_per_frame", 0.0), content.get("wall_seconds", 0.0)
+    return bool(content.get("kind")) and seconds[0] > 0 and all(0 <= value < MOST_SECONDS for value in seconds)
+
+
 def _measured(content: Mapping[str, Any]) -> Measured:
     """What a manifest says."""
-    kind = Kind(**content["kind"])
+    kind = Kind(**KindFacts.model_validate(content["kind"]).model_dump())
     frame = content["seconds_per_frame"]
     startup = max(0.0, content["wall_seconds"] - frame * kind.frames)
     return Measured(kind, startup, frame / kind.work, content.get("peak_memory_mb", GUESS_MEMORY_MB))

@@ -2,12 +2,13 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from ..composition.compose import config_from
-from ..errors import ConfigError
+from ..errors import ConfigError, StoreError
+from ..foreign import Unreadable, is_own_folder, is_plain_name, list_own, read_tail, refuse_links
 from ..store import lease, manifest, states
-from ..store.files import read_json
-from ..store.run import CONFIG, LOG, WORK, Run
+from ..store.run import LOG, WORK, Run, read_config
 from . import record
 
 LOG_LINES = 15
@@ -16,7 +17,22 @@ MOST_NAMED = 10
 
 def explain(name: str, store: str | Path) -> list[str]:
     """Lines on the run whose id is, begins with or ends in ``name``.  Raises ConfigError if it is none or several."""
-    run = run_named(name, store)
+    run_id, store = id_of_run(name, store), Path(store)
+    try:
+        lines = _explain_run(_find_run(run_id, store))
+    except (ConfigError, StoreError) as error:  # what the store has of it does not say what it is
+        lines = [f"{run_id}: {states.BROKEN}", f"  {error}"]
+    records, problems = record.read_all(store)
+    asking = [each.name for each in records if run_id in each.cells.values()]
+    lines.append(f"  asked for by: {', '.join(asking) or 'no sweep that the store remembers'}")
+    lines += [f"  not looked at: {problem}" for problem in problems]
+    for folder in (store / run_id, store / WORK / run_id):
+        lines += _read_log(folder, store)
+    return lines
+
+
+def _explain_run(run: Run) -> list[str]:
+    """Lines on where a run stands, and why."""
     standing = states.standing(run, thorough=True)
     lines = [f"{run.id}: {standing.state}", f"  {standing.reason}"]
     if standing.state == states.DONE:
@@ -26,14 +42,20 @@ def explain(name: str, store: str | Path) -> list[str]:
         lines.append("  not run again: this code would fail again; 'snowrepro retry' tries all the same")
     if standing.state in (states.BROKEN, states.FAILED, states.TIMED_OUT, states.INTERRUPTED) and not standing.final:
         lines.append("  the next 'snowrepro run' of it runs it again")
-    died = lease.dead_holder(run.work)
-    lines += [f"  last worked on by {died}, which died"] if died else []
-    asking = [name for name in record.list_sweeps(store) if run.id in record.read_record(name, store).cells.values()]
-    lines.append(f"  asked for by: {', '.join(asking) or 'no sweep that the store remembers'}")
-    for log in (run.folder / LOG, run.work / LOG):
-        if log.exists():
-            lines += [f"  {log}:", *(f"    {line}" for line in log.read_text("utf-8").splitlines()[-LOG_LINES:])]
-    return lines
+    died = lease.dead_holder(run.work) if is_own_folder(run.work, run.store) else None
+    return [*lines, f"  last worked on by {died}, which died"] if died else lines
+
+
+def _read_log(folder: Path, store: Path) -> list[str]:
+    """The end of a run's log, under its path; nothing where there is none."""
+    log = folder / LOG
+    try:
+        refuse_links(log, store)
+        return [f"  {log}:", *(f"    {line}" for line in read_tail(log, LOG_LINES))]
+    except FileNotFoundError:
+        return []
+    except (OSError, Unreadable) as error:
+        return [f"  no log: {error}"]
 
 
 def id_of_run(name: str, store: str | Path) -> str:
@@ -48,17 +70,42 @@ def id_of_run(name: str, store: str | Path) -> str:
 
 
 def run_named(name: str, store: str | Path) -> Run:
-    """The run that the store holds, works on, or was asked for by a name: see ``id_of_run``.  Raises ConfigError."""
-    run_id = id_of_run(name, store)
-    work = Path(store) / WORK / run_id
-    plain = manifest.read(Path(store) / run_id).get("config") or read_json(work / CONFIG)
-    if plain:
-        return Run(config_from({**plain, "store": str(store)}))
-    sweep = next(name for name in record.list_sweeps(store) if run_id in record.read_record(name, store).cells.values())
-    for run in record.plan_remembered(sweep, store).runs:
-        if run.id == run_id:
-            return run
-    raise ConfigError(f"'{run_id}' was asked for by the sweep '{sweep}', which has other runs now")
+    """The run that the store holds, works on, or was asked for by a name: see ``id_of_run``.
+
+    Raises ConfigError; StoreError where what the store holds of it is of another run, or cannot be read.
+    """
+    return _find_run(id_of_run(name, store), Path(store))
+
+
+def _find_run(run_id: str, store: Path) -> Run:
+    """The run of an id, by its manifest, its configuration in the work folder, or a sweep that asks for it.
+
+    Raises ConfigError and StoreError.
+    """
+    unread: list[str] = []
+    for where, plain in ((store / run_id, _config_of_result), (store / WORK / run_id, read_config)):
+        try:
+            config = plain(where, store)
+            if config:
+                run = Run(config_from(config, store=str(store)))
+                if run.id == run_id:
+                    return run
+                unread.append(f"{where} has the configuration of another run, {run.id}")
+        except (ConfigError, StoreError) as error:
+            unread.append(str(error))
+    for each in record.read_all(store)[0]:
+        if run_id in each.cells.values():
+            for run in record.plan_remembered(each.name, store).runs:
+                if run.id == run_id:
+                    return run
+            unread.append(f"'{run_id}' was asked for by the sweep '{each.name}', which has other runs now")
+    raise ConfigError("; ".join(unread) or f"nothing in the store '{store}' says what the run '{run_id}' is")
+
+
+def _config_of_result(folder: Path, store: Path) -> dict[str, Any]:
+    """The configuration in a manifest; empty where there is none.  Raises Unreadable."""
+    refuse_links(folder, store)
+    return manifest.load(folder).get("config") or {} if folder.is_dir() else {}
 
 
 def _made(written: dict) -> Iterator[str]:
@@ -70,8 +117,8 @@ def _made(written: dict) -> Iterator[str]:
 
 def _known(store: Path) -> set[str]:
     """Ids of all runs that a store holds, works on, or was asked for."""
-    ids = {run_id for name in record.list_sweeps(store) for run_id in record.read_record(name, store).cells.values()}
+    ids = {run_id for each in record.read_all(store)[0] for run_id in each.cells.values()}
     for folder in (store, store / WORK):
-        if folder.is_dir():
-            ids.update(path.name for path in folder.iterdir() if path.is_dir() and not path.name.startswith("."))
-    return ids - {record.SWEEPS}
+        entries = [entry for entry in list_own(folder, store) if entry.is_dir() or entry.is_symlink()]
+        ids.update(entry.name for entry in entries if is_plain_name(entry.name))
+    return ids - {record.SWEEPS, "sweep.log"}

@@ -1,34 +1,53 @@
 """What the store remembers of a sweep: the overrides that asked for it, and which run each of its cells was."""
 
 import hashlib
+import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
 
+from .. import foreign
 from ..composition.overrides import override_folder
-from ..errors import ConfigError
+from ..composition.remembered import keep_harmless, require_harmless
+from ..errors import ConfigError, StoreError
+from ..foreign import Unreadable
 from ..settings.execution import Execution
-from ..store.files import read_json, write_json
+from ..store import models
+from ..store.files import write_json
+from ..store.run import SWEEPS
 from .plan import Plan, make_plan
 
-SWEEPS = "sweeps"
 RECORD = "sweep.json"
 # Overrides that change no result, and so no sweep.
 NOT_NAMED = frozenset({*Execution.model_fields, "reports", "hydra"})
 MOST_LETTERS = 120
-SEED = re.compile(r"(?<!\S)seed=(\d+)(?!\S)")  # in the overrides of a cell
+SEED = re.compile(r"(?<!\S)seed=([0-9]{1,10})(?!\S)")  # in the overrides of a cell
+NAME = re.compile(r"[\w=+~][\w.,=+~-]*")  # what ``name_sweep`` makes, and what a folder that is read may be called
 
 
 @dataclass(frozen=True)
 class Record:
-    """A sweep as it was asked for last.  ``cells``: the run's id by what its overrides say of it."""
+    """A sweep as it was asked for last, by whoever wrote the file ``path``: see ``usable_overrides``.
+
+    ``cells``: the run's id by what its overrides say of it.
+    """
 
     name: str
     overrides: tuple[str, ...]
     recorded: str
     cells: Mapping[str, str]
+    path: Path
+
+    def usable_overrides(self) -> list[str]:
+        """The overrides, all of them harmless.  Raises ConfigError that names the file if one is not."""
+        try:
+            require_harmless(self.overrides)
+        except ConfigError as error:
+            remedy = "name the sweep by its own overrides, or remove the file"
+            raise ConfigError(f"{self.path} is not used: {error}; {remedy}") from error
+        return list(self.overrides)
 
 
 def name_sweep(overrides: Sequence[str]) -> str:
@@ -53,12 +72,14 @@ def locate_sweep(name: str, store: str | Path) -> Path:
 
 def write_record(plan: Plan) -> Path:
     """Remember a sweep, in place of what was remembered under its name; returns its folder."""
-    folder = locate_sweep(name_sweep(plan.overrides), plan.runs[0].store)
+    store = plan.runs[0].store
+    folder = locate_sweep(name_sweep(plan.overrides), store)
+    foreign.refuse_links(folder, store)
     write_json(
         folder / RECORD,
         {
             "name": folder.name,
-            "overrides": [o for o in plan.overrides if not o.startswith("store=")],
+            "overrides": keep_harmless(plan.overrides),
             "recorded": datetime.now(timezone.utc).isoformat(timespec="seconds"),
             "cells": list_cells(plan),
         },
@@ -72,17 +93,35 @@ def list_cells(plan: Plan) -> dict[str, str]:
 
 
 def read_record(name: str, store: str | Path) -> Record:
-    """What was remembered of a sweep.  Raises ConfigError with the names that there are."""
-    content = read_json(locate_sweep(name, store) / RECORD)
-    if not content:
-        known = ", ".join(sorted(list_sweeps(store))) or "none yet"
+    """What was remembered of a sweep.
+
+    Raises ConfigError with the names that there are; Unreadable where the record is none.
+    """
+    if name not in list_sweeps(store):
+        known = ", ".join(list_sweeps(store)) or "none yet"
         raise ConfigError(f"there is no sweep '{name}' in the store '{store}'; there are: {known}")
-    return Record(content["name"], tuple(content["overrides"]), content["recorded"], content["cells"])
+    path = locate_sweep(name, store) / RECORD
+    content = models.read_model(path, models.SweepRecord, models.MOST_RECORD, Path(store))
+    if content is None:
+        raise Unreadable(path, "is missing")
+    return Record(name, tuple(content.overrides), content.recorded, content.cells, path)
+
+
+def read_all(store: str | Path) -> tuple[list[Record], list[str]]:
+    """What was remembered of every sweep of a store; and a line on each record that cannot be read."""
+    records, problems = [], []
+    for name in list_sweeps(store):
+        try:
+            records.append(read_record(name, store))
+        except StoreError as error:
+            problems.append(str(error))
+    return records, problems
 
 
 def plan_remembered(name: str, store: str | Path, more: Sequence[str] = ()) -> Plan:
     """The runs of a remembered sweep, as its overrides and ``more`` name them now.  Raises ConfigError."""
-    return make_plan([*read_record(name, store).overrides, override_folder("store", str(store)), *more], multirun=True)
+    remembered = read_record(name, store).usable_overrides()
+    return make_plan([*remembered, override_folder("store", str(store)), *more], multirun=True)
 
 
 def add_remembered_seeds(overrides: Sequence[str], store: str | Path) -> list[str]:
@@ -95,7 +134,7 @@ def add_remembered_seeds(overrides: Sequence[str], store: str | Path) -> list[st
 
 def find_records(overrides: Sequence[str], store: str | Path) -> list[Record]:
     """The remembered sweeps that ask for the same, whatever their seeds."""
-    records = (read_record(name, store) for name in list_sweeps(store))
+    records, _ = read_all(store)
     return [record for record in records if name_without_seeds(record.overrides) == name_without_seeds(overrides)]
 
 
@@ -106,4 +145,6 @@ def name_without_seeds(overrides: Sequence[str]) -> str:
 
 def list_sweeps(store: str | Path) -> list[str]:
     """The sweeps that a store remembers."""
-    return sorted(path.parent.name for path in (Path(store) / SWEEPS).glob(f"*/{RECORD}"))
+    folder = Path(store) / SWEEPS
+    entries = foreign.list_own(folder, Path(store))
+    return [each.name for each in entries if NAME.fullmatch(each.name) and os.path.lexists(folder / each.name / RECORD)]

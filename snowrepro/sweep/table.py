@@ -10,9 +10,12 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.live import Live
 from rich.table import Table
+from rich.text import Text
 
 from ..store import states
+from ..store.models import Progress
 from ..store.run import Run, read_progress
+from ..text import make_printable
 from .processes import DONE, Job
 
 REDRAW_SECONDS = 0.5
@@ -67,12 +70,12 @@ class SweepTable:
         for column in ("run", "state", "frame", "frames/s", "time"):
             table.add_column(column, justify="left" if column in ("run", "state") else "right")
         for job in self.failures[-MOST_FAILURES:]:
-            table.add_row(job.label, job.state, "", "", clock(job.seconds))
+            table.add_row(_shown(job.label), job.state, "", "", clock(job.seconds))
         for job in running[:MOST_ROWS]:
             progress, seconds = _progress(job), now - job.started
-            rate = f"{progress['frame'] / seconds:.1f}" if progress and seconds > 0 else ""
+            rate = f"{progress.frame / seconds:.1f}" if progress and seconds > 0 else ""
             again = f", try {job.tries}" if job.tries > 1 else ""
-            table.add_row(job.label, job.state + again, _frame(job), rate, clock(seconds))
+            table.add_row(_shown(job.label), job.state + again, _frame(job), rate, clock(seconds))
         return table
 
     def summary(self, running: Sequence[Job], now: float) -> str:
@@ -100,7 +103,7 @@ class SweepTable:
         left = self.time_left(running, now)
         ending = f", about {clock(left)} left" if left else ""
         count = f"[{self.ended}/{self.total}]"
-        self.console.print(f"{count} {text}{ending}", markup=False, highlight=False, soft_wrap=True)
+        self.console.print(make_printable(f"{count} {text}{ending}"), markup=False, highlight=False, soft_wrap=True)
 
 
 def clock(seconds: float) -> str:
@@ -110,21 +113,26 @@ def clock(seconds: float) -> str:
     return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"
 
 
-def _progress(job: Job) -> dict[str, int]:
-    return read_progress(job.folder) if job.folder else {}
+def _progress(job: Job) -> Progress | None:
+    return read_progress(job.folder) if job.folder else None
 
 
 def _expected(job: Job, now: float) -> float | None:
     """Seconds that a job will have taken, by the frames that it has done; None while these are too few to tell."""
     progress = _progress(job)
-    if not progress or progress["frame"] < LEAST_DONE * progress["frames"]:
+    if not progress or progress.frame < max(1, LEAST_DONE * progress.frames):
         return None
-    return (now - job.started) * progress["frames"] / progress["frame"]
+    return (now - job.started) * progress.frames / progress.frame
 
 
 def _frame(job: Job) -> str:
     progress = _progress(job)
-    return f"{progress['frame']}/{progress['frames']}" if progress else ""
+    return f"{progress.frame}/{progress.frames}" if progress else ""
+
+
+def _shown(label: str) -> Text:
+    """A job's name as it is, whatever letters it has."""
+    return Text(make_printable(label))
 
 
 def _why(job: Job) -> str:

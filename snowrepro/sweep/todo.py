@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+from ..errors import ConfigError, StoreError
 from ..store import manifest, states
 from ..store.run import Run
 from ..store.states import Standing
@@ -96,10 +97,13 @@ def _decide(planned: Planned, standing: Standing, earlier: str | None) -> Decisi
 def _cells_before(plan: Plan) -> Mapping[str, str]:
     """Which run each cell was when the sweep was recorded last."""
     name, store = record.name_sweep(plan.overrides), plan.runs[0].store
-    return record.read_record(name, store).cells if name in record.list_sweeps(store) else {}
+    try:
+        return record.read_record(name, store).cells
+    except (ConfigError, StoreError):  # there is none, or what is there is none
+        return {}
 
 
 def _changed(run: Run, earlier: str) -> str:
     """What differs between a run and another of its store, in the configuration."""
-    before = manifest.read(run.store / earlier).get("config", {})
+    before = manifest.read(run.store / earlier).get("config")
     return ", ".join(manifest.differences(before, run.config.record())) if before else ""

@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 from snowrepro.cli import main
-from snowrepro.composition.compose import compose
+from snowrepro.composition.compose import compose, config_from
 from snowrepro.store import manifest
 from snowrepro.store.bits import digests
 from snowrepro.store.run import Run, open_run
@@ -168,6 +168,7 @@ def test_what_cannot_be_redone_is_refused(redo, made, tmp_path):
     config = manifest.read(folder)["config"]
     newer = alone(folder, tmp_path / "newer", config={**config, "wind": 3.0})
     bare = alone(folder, tmp_path / "bare", config=None)
+    other = alone(folder, tmp_path / "other", config={**config, "pressure": 3001.0})
     before = sorted(tmp_path.rglob("*"))
     for arguments, message in (
         (["nothing"], "'nothing' should name one run of the store 'runs'; no run is"),
@@ -175,6 +176,7 @@ def test_what_cannot_be_redone_is_refused(redo, made, tmp_path):
         (["edited.json"], "edited.json is not as it was written: its checksum differs"),
         ([str(newer)], "not of this version: there is no setting 'wind'"),
         ([str(bare)], "is no manifest of a run"),
+        ([str(other)], "is of another run: its configuration has the id "),
         ([str(path), "--into", "runs"], "is the store, in which nothing is to be replaced"),
         ([str(path), "--into", "elsewhere/runs"], "the run itself is in 'elsewhere/runs'"),
         ([str(path), "--into", "/proc/nowhere"], "cannot write into the folder '/proc/nowhere"),
@@ -189,7 +191,8 @@ def test_what_cannot_be_redone_is_refused(redo, made, tmp_path):
 def test_a_run_that_now_diverges(snowrepro, made, tmp_path):
     """Exit code 3 with the reason, and no verdict."""
     folder = made()
-    alone(folder, tmp_path / "alone", config={**manifest.read(folder)["config"], "pressure": 1e9})
+    config = {**manifest.read(folder)["config"], "pressure": 1e9}
+    alone(folder, tmp_path / "alone", config=config, run_id=Run(config_from(config)).id)
     found = snowrepro("redo", "alone")
     assert found.returncode == 3
     assert "error: diverged in frame" in found.stderr and "Traceback" not in found.stderr

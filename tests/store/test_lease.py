@@ -11,6 +11,8 @@ from snowrepro.errors import StoreError
 from snowrepro.store import lease
 from snowrepro.store.files import write_json
 
+ELSEWHERE = {"host": "elsewhere", "place": "elsewhere boot", "pid": 1}
+
 
 def _count_alone(folder: Path, rounds: int) -> None:
     """Take the lease again and again; a file that must be new each time shows that nobody else has it."""
@@ -79,18 +81,63 @@ def test_a_killed_process_does_not_stop_who_waits(tmp_path):
         assert held.generation == 2
 
 
-def test_another_host_is_dead_when_it_is_silent(tmp_path):
-    """Its process numbers mean nothing here; its heartbeat does, by the clock of the file system."""
+def test_another_host_is_dead_when_it_is_silent(tmp_path, monkeypatch):
+    """Its process numbers mean nothing here; its heartbeat does, by the file system's clock, watched for a while."""
+    monkeypatch.setattr(lease, "WATCHED_SECONDS", 0.2)
     path = tmp_path / "lease.7"
-    write_json(path, {"host": "elsewhere", "place": "elsewhere boot", "pid": 1})
+    write_json(path, ELSEWHERE)
     assert str(lease.holder(tmp_path)) == "process 1 on elsewhere"
     assert lease.take(tmp_path) is None
     late = path.stat().st_mtime - lease.EXPIRY_SECONDS - 5
     os.utime(path, (late, late))
     assert lease.holder(tmp_path) is None
     assert lease.dead_holder(tmp_path).host == "elsewhere"
-    held = lease.take(tmp_path)
+    watch = lease.Watch()
+    assert lease.take(tmp_path) is None and lease.take(tmp_path, watch) is None
+    time.sleep(0.25)
+    assert lease.take(tmp_path, lease.Watch()) is None
+    held = lease.take(tmp_path, watch)
     assert held is not None and held.generation == 8 and not path.exists()
+    held.release()
+
+
+@pytest.mark.parametrize("jump", [-1e6, 1e6])
+def test_a_clock_that_jumps_takes_nothing_from_the_living(tmp_path, monkeypatch, jump):
+    """Wherever it jumps to: who renews the lease meanwhile is seen to live."""
+    monkeypatch.setattr(lease, "WATCHED_SECONDS", 0.3)
+    path, watch = tmp_path / "lease.1", lease.Watch()
+    write_json(path, ELSEWHERE)
+    for beat in range(8):
+        moment = path.stat().st_mtime + beat + (jump if beat == 0 else 0)
+        os.utime(path, (moment, moment))
+        assert lease.take(tmp_path, watch) is None
+        time.sleep(0.1)
+    time.sleep(0.3)
+    held = lease.take(tmp_path, watch)
+    assert held is not None, "it has ended, and a clock that jumped does not hide it"
+    held.release()
+
+
+def test_a_living_process_of_this_host_keeps_it_however_long_it_is_silent(tmp_path):
+    """Taichi compiles for minutes, and no thread gets to renew a lease meanwhile."""
+    process = _started(_take_and_sleep, tmp_path)
+    _wait_for(lambda: lease.holder(tmp_path))
+    for moment in (1.0, time.time() + 1e6):
+        os.utime(tmp_path / "lease.1", (moment, moment))
+        assert lease.holder(tmp_path).pid == process.pid
+        assert lease.take(tmp_path, lease.Watch()) is None
+    process.kill()
+    process.join()
+
+
+def test_another_process_with_the_number_of_a_dead_one_holds_nothing(tmp_path):
+    """Numbers are given again; the time at which a process began is not."""
+    here = lease.here()
+    assert here.born
+    write_json(tmp_path / "lease.1", {**vars(here), "born": str(int(here.born) - 1)})
+    assert lease.holder(tmp_path) is None
+    held = lease.take(tmp_path)
+    assert held is not None
     held.release()
 
 

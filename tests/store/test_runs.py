@@ -3,6 +3,7 @@
 import functools
 import gc
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from snowrepro.composition.compose import compose
 from snowrepro.errors import StoreError
 from snowrepro.settings.case import Case
 from snowrepro.store import identity
+from snowrepro.store import run as store_run
 from snowrepro.store.identity import canonical, run_id
 from snowrepro.store.run import Run
 from tests.configs import changed
@@ -189,3 +191,39 @@ def test_the_package_gives_functions():
     assert all(callable(getattr(snowrepro, name)) for name in snowrepro.__all__)
     with pytest.raises(AttributeError, match="no attribute 'simulat'"):
         _ = snowrepro.simulat
+
+
+def test_who_was_taken_for_dead_publishes_nothing(small_run, small_config, tmp_path):
+    """Stopped just before publishing, and awake when another process has taken over, or is done."""
+    run = Run(changed(small_config, store=str(tmp_path)))
+    folder = run.prepare_result()
+    assert not run.adopt(), "it is empty"
+    with pytest.raises(StoreError, match="cannot write"):
+        run.save(small_run, folder=folder)
+    assert not run.folder.exists()
+    stopped = run.prepare_result()
+    run.save(small_run, wall_seconds=1.0)
+    other = Run(changed(small_config, store=str(tmp_path)))
+    other.adopt()
+    before = {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in run.folder.iterdir()}
+    with pytest.raises(StoreError, match="cannot write"):
+        run.save(small_run, folder=stopped, wall_seconds=2.0)
+    assert {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in run.folder.iterdir()} == before
+
+
+def test_a_result_whose_replacement_is_gone_stays(small_run, small_config, tmp_path, monkeypatch):
+    """Between putting the old one aside and moving the new one there."""
+    run = Run(changed(small_config, store=str(tmp_path)))
+    run.save(small_run, wall_seconds=1.0)
+    before = run.result.read_bytes()
+    real = store_run._put_aside
+
+    def put_aside(folder):
+        aside = real(folder)
+        shutil.rmtree(next(run.work.glob("result.*")))
+        return aside
+
+    monkeypatch.setattr(store_run, "_put_aside", put_aside)
+    with pytest.raises(StoreError, match="cannot write"):
+        run.save(small_run, wall_seconds=2.0)
+    assert run.is_done() and run.result.read_bytes() == before

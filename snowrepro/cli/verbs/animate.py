@@ -6,14 +6,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ...composition import compose, overrides
-from ...errors import ConfigError, ExitCode
+from ...errors import ConfigError, ExitCode, StoreError
 from ...report.figures import kinds
 from ...report.film import animation
 from ...store import files, states
 from ...store import run as store_run
 from ...sweep import explain, record
 from ...sweep import plan as sweep_plan
-from .. import candidates, plans, progress
+from .. import candidates, plans, progress, screen
 from ..arguments import add_store, complete_by
 
 HELP = """\
@@ -71,7 +71,7 @@ def execute(options: argparse.Namespace) -> ExitCode:
         animation.animate(
             shown, settings, options.out, lambda done, count: bar.update(task, completed=done, total=count)
         )
-    print(options.out)
+    screen.show(options.out)
     return ExitCode.FINE
 
 
@@ -115,6 +115,10 @@ def _show_run(run: "store_run.Run") -> "animation.AnimatedRun":
     """A run of the store with its result, or the reason why it has none."""
     standing = states.standing(run)
     if standing.state == states.DONE:
+        try:
+            run.open().close()
+        except StoreError as error:
+            return animation.AnimatedRun(run, None, f"{states.BROKEN}: {error}")
         return animation.AnimatedRun(run, run.result)
     reason = standing.reason if standing.state == states.PENDING else f"{standing.state}: {standing.reason}"
     return animation.AnimatedRun(run, None, reason)
@@ -127,6 +131,8 @@ def _explain_nothing(shown: "Sequence[animation.AnimatedRun]", words: Sequence[s
         return f"run {first} has no result ({shown[0].reason}); 'snowrepro explain {first}' says more"
     problem = f"none of the {len(shown)} runs has a result (of {first}: {shown[0].reason})"
     again = (
-        words if words[0] not in sweeps else [*record.read_record(words[0], shown[0].run.store).overrides, *words[1:]]
+        words
+        if words[0] not in sweeps
+        else [*record.read_record(words[0], shown[0].run.store).usable_overrides(), *words[1:]]
     )
     return f"{problem}; this makes them: snowrepro run {'-m ' * (len(shown) > 1)}{shlex.join(again)}"

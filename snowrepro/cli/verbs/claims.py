@@ -6,7 +6,7 @@ from ...errors import ConfigError, ExitCode
 from ...report.figures import kinds
 from ...report.sections import claims
 from ...sweep import plan as sweep_plan
-from .. import candidates, reporting, sweeping
+from .. import candidates, reporting, screen, sweeping
 from ..arguments import EXITS, complete_by
 
 DEFAULT_SEEDS = 3
@@ -44,7 +44,6 @@ def execute(options: argparse.Namespace) -> ExitCode:
     sweeping.build_scenes(plan)
     sweeping.run_missing(plan)
     sweeping.write_table(plan)
-    part, page = reporting.write_report(plan)
-    print("\n".join(claims.format_for_screen(part.evidence)))
-    print(f"report: {page}")
+    part, page = reporting.leave_out_broken(lambda: reporting.write_report(plan))
+    screen.show(*claims.format_for_screen(part.evidence), f"report: {page}")
     return sweeping.require_results(plan)

@@ -82,7 +82,7 @@ def execute(options: argparse.Namespace) -> ExitCode:
         screen.print_rows(classified.measures())
         if options.out:
             classify.write_classification(classified, options.out)
-            print(options.out)
+            screen.show(options.out)
     return ExitCode.FINE
 
 

@@ -38,10 +38,11 @@ def execute(options: argparse.Namespace) -> ExitCode:
             raise ConfigError(f"there is no kind '{kind}' to clean; there are: {', '.join(leftovers.KINDS)}")
     if not store.is_dir():
         raise ConfigError(f"there is no store '{store}'")
-    used = {run_id for name in record.list_sweeps(store) for run_id in record.read_record(name, store).cells.values()}
-    by_kind = {kind: leftovers.find(kind, store, used) for kind in leftovers.KINDS}
+    by_kind = _find_leftovers(store)
     for kind, removable in by_kind.items():
-        print(f"{kind:11} {len(removable):6}  {_sum_megabytes(removable)}")
+        screen.show(f"{kind:11} {len(removable):6}  {_sum_megabytes(removable)}")
+    for link in leftovers.links(store):
+        screen.say(f"left alone: {link} is a link, and links in a store are not followed")
     chosen = {leftover.path: leftover for kind in options.kinds or ["scraps"] for leftover in by_kind[kind]}
     size = _sum_megabytes([*chosen.values()])
     if not chosen:
@@ -53,6 +54,16 @@ def execute(options: argparse.Namespace) -> ExitCode:
             leftover.remove()
         screen.say(f"removed {size}")
     return ExitCode.FINE
+
+
+def _find_leftovers(store: Path) -> "dict[str, list[leftovers.Leftover]]":
+    """What could go, by kind; nothing is unused while a record cannot be read, as it may ask for anything."""
+    records, problems = record.read_all(store)
+    used = {run_id for each in records for run_id in each.cells.values()}
+    by_kind = {kind: leftovers.find(kind, store, used) for kind in leftovers.KINDS}
+    for problem in problems:
+        screen.say(f"what is unused cannot be told: {problem}")
+    return {**by_kind, "unused": []} if problems else by_kind
 
 
 def _confirm(question: str) -> bool:

@@ -40,5 +40,5 @@ def execute(options: argparse.Namespace) -> ExitCode:
     lacking = crate.write_crate(options.sweep, options.store, folder, terms)
     if lacking:
         screen.say(f"without a result: {lacking}")
-    print(folder)
+    screen.show(folder)
     return ExitCode.FINE

@@ -4,7 +4,7 @@ import argparse
 
 from ...errors import ExitCode
 from ...evidence import differences
-from .. import candidates
+from .. import candidates, screen
 from ..arguments import add_store, complete_by
 
 HELP = """\
@@ -26,5 +26,5 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(options: argparse.Namespace) -> ExitCode:
     """Say what differs between two runs or two sweeps."""
-    print("\n".join(differences.describe_differences(options.a, options.b, options.store)))
+    screen.show(*differences.describe_differences(options.a, options.b, options.store))
     return ExitCode.FINE

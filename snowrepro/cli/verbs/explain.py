@@ -4,7 +4,7 @@ import argparse
 
 from ...errors import ExitCode
 from ...sweep import explain
-from .. import candidates
+from .. import candidates, screen
 from ..arguments import add_store, complete_by
 
 HELP = ""
@@ -19,5 +19,5 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(options: argparse.Namespace) -> ExitCode:
     """Say where a run stands and why, with its log."""
-    print("\n".join(explain.explain(options.run, options.store)))
+    screen.show(*explain.explain(options.run, options.store))
     return ExitCode.FINE

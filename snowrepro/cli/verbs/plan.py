@@ -5,7 +5,7 @@ from pathlib import Path
 
 from ...errors import ExitCode
 from ...sweep import batch, todo
-from .. import candidates, costs, plans, sweeping
+from .. import candidates, costs, plans, screen, sweeping
 from ..arguments import SWEEP, add_multirun, add_verify, complete_by
 
 HELP = """\
@@ -37,12 +37,12 @@ def execute(options: argparse.Namespace) -> ExitCode:
     sweeping.check_sizes(plan)
     decided = todo.decide(plan, options.verify)
     for line in costs.describe_todo(plan, decided, costs.estimate_todo(plan, decided)):
-        print(line)
+        screen.show(line)
     if options.list:
         for decision in decided.decisions:
             detail = f" ({decision.detail})" if decision.detail and decision.detail != decision.why else ""
-            print(f"{decision.action:4}  {decision.planned.run.id}: {decision.why}{detail}")
+            screen.show(f"{decision.action:4}  {decision.planned.run.id}: {decision.why}{detail}")
     if options.sbatch:
         batch.write_script(options.sbatch, plan, decided, options.tasks)
-        print(f"sbatch {options.sbatch}")
+        screen.show(f"sbatch {options.sbatch}")
     return ExitCode.FINE

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from ...errors import ConfigError, ExitCode
 from ...evidence import redo
-from .. import candidates, single
+from .. import candidates, screen, single
 from ..arguments import add_store, complete_by
 
 HELP = """\
@@ -42,7 +42,7 @@ def execute(options: argparse.Namespace) -> ExitCode:
     run = redo.make_repetition(original, options.into)
     single.run_here(run)
     comparison = redo.compare_with_original(original, run)
-    print("\n".join(redo.describe_repetition(comparison)))
+    screen.show(*redo.describe_repetition(comparison))
     if not comparison.is_compared:
         return ExitCode.INCOMPLETE
     return ExitCode.REGRESSED if comparison.changes else ExitCode.FINE

@@ -9,7 +9,7 @@ from ...report.figures import kinds
 from ...report.page import compare, paper
 from ...sweep import plan as sweep_plan
 from ...sweep import record
-from .. import candidates, plans, reporting
+from .. import candidates, plans, reporting, screen
 from ..arguments import EXITS, complete_by
 
 PAPER = "paper"
@@ -55,8 +55,8 @@ def execute(options: argparse.Namespace) -> ExitCode:
     if name == PAPER or not (name or names_experiment):
         if any(word.startswith(("seeds=", "seed=")) for word in words):
             raise ConfigError("the report on the paper shows every seed that was asked for: leave out the seeds")
-        page = paper.write_paper([*words, overrides.override_folder("store", store)], store)
-        print(f"report: {page}")
+        words.append(overrides.override_folder("store", store))
+        screen.show(f"report: {reporting.leave_out_broken(lambda: paper.write_paper(words, store))}")
         return ExitCode.FINE
     reporting.print_report(plans.expand_name(name, words, store), store)
     return ExitCode.FINE
@@ -73,5 +73,5 @@ def _compare(name: str, words: Sequence[str], against: str, store: str, against_
         if plan.experiment is None or not kinds.needs_runs(plan.runs):
             raise ConfigError(f"'{sweep}' is no experiment with runs: there is nothing to compare")
         compared.append(plan)
-    print(f"report: {compare.write_comparison(*compared)}")
+    screen.show(f"report: {reporting.leave_out_broken(lambda: compare.write_comparison(*compared))}")
     return ExitCode.FINE

@@ -78,4 +78,4 @@ def _print_line(run: "store_run.Run") -> None:
     finding = (
         f"hardness {numbers['hardness']:.4g}" if run.case.indenter else f"mass in lumps {numbers['lump_fraction']:.3f}"
     )
-    print(f"{numbers['run_id']}: {finding}")
+    screen.show(f"{numbers['run_id']}: {finding}")

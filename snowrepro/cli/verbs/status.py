@@ -2,7 +2,7 @@
 
 import argparse
 
-from ...errors import ConfigError, ExitCode
+from ...errors import ConfigError, ExitCode, StoreError
 from ...store import states
 from ...sweep import plan as sweep_plan
 from ...sweep import record, todo
@@ -36,11 +36,11 @@ def execute(options: argparse.Namespace) -> ExitCode:
         return _print_all_sweeps(store)
     plan = plans.plan_sweep(options.overrides, options.multirun)
     decided = todo.decide(plan, options.verify)
-    print(f"{record.name_sweep(plan.overrides)}: {_count_states(decided)}")
+    screen.show(f"{record.name_sweep(plan.overrides)}: {_count_states(decided)}")
     for state in states.STATES:
         _print_runs(decided, state, options.list)
     if decided.to_run:
-        print(costs.describe_time_left(plan, decided, costs.estimate_todo(plan, decided)))
+        screen.show(costs.describe_time_left(plan, decided, costs.estimate_todo(plan, decided)))
     return ExitCode.FINE
 
 
@@ -50,12 +50,12 @@ def _print_all_sweeps(store: str) -> ExitCode:
     if not names:
         screen.say(f"the store '{store}' remembers no sweep")
     for name in names:
-        recorded = record.read_record(name, store).recorded
         try:
+            recorded = record.read_record(name, store).recorded
             decided = todo.decide(record.plan_remembered(name, store))
-            print(f"{name}: {_count_states(decided)}; asked for {recorded}")
-        except ConfigError as error:  # its options were renamed or are another folder's
-            print(f"{name}: cannot be planned any more: {error}")
+            screen.show(f"{name}: {_count_states(decided)}; asked for {recorded}")
+        except (ConfigError, StoreError) as error:  # its options were renamed, are another folder's, or it is no record
+            screen.show(f"{name}: cannot be planned any more: {error}")
     return ExitCode.FINE
 
 
@@ -65,9 +65,9 @@ def _print_runs(decided: "todo.Todo", state: str, wants_all: bool) -> None:
     needs_look = state not in (states.DONE, states.PENDING)
     listed = decisions if wants_all else decisions[:MOST_LISTED] if needs_look else []
     for decision in listed:
-        print(f"{state:11}  {decision.planned.run.id}: {decision.standing.reason}")
+        screen.show(f"{state:11}  {decision.planned.run.id}: {decision.standing.reason}")
     if listed and len(listed) < len(decisions):
-        print(f"{state:11}  and {len(decisions) - len(listed)} more: --list")
+        screen.show(f"{state:11}  and {len(decisions) - len(listed)} more: --list")
 
 
 def _count_states(decided: "todo.Todo") -> str:

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from ...text import make_cells
 from .common import save_figure
 
 SIZE = (5.2, 5.4)  # inches: letters keep a legible size on a narrow screen
@@ -56,4 +57,4 @@ def draw_curves(curves: Sequence[Curve], path: Path, x: str, y: str, columns: in
 def _write_points(curves: Sequence[Curve], path: Path, x: str, y: str) -> None:
     """Write all points that are drawn, one row for each."""
     parts = [pd.DataFrame({"curve": curve.label, x: curve.x, y: curve.y, "spread": curve.spread}) for curve in curves]
-    pd.concat(parts).dropna().to_csv(path, index=False, float_format="%.6g", lineterminator="\n")
+    make_cells(pd.concat(parts).dropna()).to_csv(path, index=False, float_format="%.6g", lineterminator="\n")

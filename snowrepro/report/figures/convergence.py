@@ -9,6 +9,7 @@ from ...evidence.claims import list_calibrated_claims
 from ...evidence.gather import Evidence
 from ...evidence.variants import Comparison, Variant, compare_variants
 from ...settings.question import Claims
+from ...text import make_cells
 from ..document import NO_RESULT, Block, FigureContent, Picture, Table, escape, join_names
 from ..drawing.common import save_figure
 from .kinds import FigureKind
@@ -28,7 +29,7 @@ def report(evidence: Evidence) -> FigureContent:
         return NO_RESULT
     comparison = compare_variants(evidence)
     frame = pd.DataFrame([_make_row(variant, comparison) for variant in comparison.variants])
-    frame.to_csv(evidence.folder / "convergence.csv", index=False, float_format="%.6g", lineterminator="\n")
+    make_cells(frame).to_csv(evidence.folder / "convergence.csv", index=False, float_format="%.6g", lineterminator="\n")
     draw_variants(comparison, evidence)
     verdict = _summarise(comparison)
     picture = Picture(

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from ...evidence.gather import Evidence, sort_as_in_paper
 from ...mpm.ledger import CAUSES, WORKS
 from ...store.run import Run
+from ...text import make_cells
 from ..document import NO_RESULT, FigureContent, Picture, Table
 from ..drawing.common import save_figure
 from .kinds import FigureKind
@@ -46,7 +47,7 @@ def report(evidence: Evidence) -> FigureContent:
         return NO_RESULT
     draw_ledgers(runs, ledgers, evidence)
     table = pd.DataFrame([row for run, ledger in zip(runs, ledgers, strict=True) for row in _make_rows(run, ledger)])
-    table.to_csv(evidence.folder / "energy.csv", index=False, float_format="%.6g", lineterminator="\n")
+    make_cells(table).to_csv(evidence.folder / "energy.csv", index=False, float_format="%.6g", lineterminator="\n")
     worst = {stage: part["unclosed"].max() for stage, part in table.groupby("stage")}
     verdict = (
         f"Without a cause are at most {worst['pressed']:.1%} of the energy that is turned over while the snow is "

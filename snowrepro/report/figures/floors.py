@@ -11,6 +11,7 @@ from ...evidence.gather import Evidence
 from ...scene import outline as geometry
 from ...scene.build import build_scene
 from ...store.run import Run
+from ...text import make_cells
 from ..document import FigureContent, Picture, escape
 from ..drawing.common import draw_background, draw_snow, get_panel_size
 from ..drawing.scenes import save_with_padding
@@ -60,7 +61,7 @@ def _write_floors(runs: Sequence[Run], path: Path) -> None:
     outlines = [(run.case.floor.name, geometry.polylines(run.case.floor.outline)) for run in runs]
     rows = [(name, x, y) for name, curves in outlines for x, y in _join(curves)]
     frame = pd.DataFrame(rows, columns=["floor", "x [cells]", "y [cells]"])
-    frame.to_csv(path, index=False, float_format="%.6g", lineterminator="\n")
+    make_cells(frame).to_csv(path, index=False, float_format="%.6g", lineterminator="\n")
 
 
 def _join(curves: Sequence[np.ndarray]) -> np.ndarray:

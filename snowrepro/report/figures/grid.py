@@ -15,6 +15,7 @@ from ...settings.question import Claims
 from ...store.run import Run
 from ...summary.classify import classify
 from ...summary.row import ARM
+from ...text import make_cells
 from ..document import Block, FigureContent, Heading, Picture, Table, escape
 from ..drawing.common import colour_fragments, draw_background, draw_snow, get_panel_size, save_figure
 from ..sections import claims as claims_section
@@ -31,7 +32,7 @@ def report(evidence: Evidence) -> FigureContent:
     calibrated = evidence.experiment.calibrated_on
     chosen_on = f"The pressures were chosen on {' on '.join(calibrated)}, which is not counted. " if calibrated else ""
     rows = _tabulate_scenes(evidence.scenes)
-    rows.to_csv(evidence.folder / "scenes.csv", index=False, lineterminator="\n")
+    make_cells(rows).to_csv(evidence.folder / "scenes.csv", index=False, lineterminator="\n")
     blocks: list[Block] = [
         draw_heatmap(evidence),
         *(block for verdict in over_scenes for block in _describe_counts(claims, verdict)),

@@ -28,6 +28,7 @@ from ...evidence.hardness import (
 from ...settings.case import ARMS
 from ...store.run import Run
 from ...summary.measure import read_curve
+from ...text import make_cells
 from ..document import NO_RESULT, Block, FigureContent, Heading, Picture, Table
 from ..drawing.common import SINTERED, UNSINTERED, save_figure
 from .kinds import FigureKind
@@ -145,7 +146,7 @@ def _draw_curves(runs: Sequence[Run], evidence: Evidence) -> None:
             ax.legend(title="pressure", fontsize=8, title_fontsize=8, frameon=False, ncols=2)
     if curves:
         table = pd.concat(curves)
-        table.to_csv(evidence.folder / CURVES.data, index=False, float_format="%.5g", lineterminator="\n")
+        make_cells(table).to_csv(evidence.folder / CURVES.data, index=False, float_format="%.5g", lineterminator="\n")
         highest, last = table["force"].max(), table["depth"].max()
         for ax in axes:
             ax.set(xlim=(-0.4 * last, 1.03 * last), ylim=(1e-4 * highest, 2 * highest))

@@ -12,6 +12,7 @@ from ...evidence import laws
 from ...evidence.gather import Evidence, sort_as_in_paper
 from ...reference.snow import LAWS, MODULI, RATIOS, VISCOSITIES, Law
 from ...store.run import Run
+from ...text import make_cells
 from ..document import Block, FigureContent, Fold, Heading, Picture, Table, escape
 from ..drawing.curves import Curve, draw_curves
 from .kinds import FigureKind
@@ -224,7 +225,7 @@ def _compare_densification(
 def _compare_over_time(snows: Sequence[laws.SinteredSnow], pace: pd.DataFrame, folder: Path) -> list[Block]:
     """Compare the runs' densification with that of Crocus."""
     _draw_gain(snows, folder / GAIN.file)
-    pace.to_csv(folder / "pace.csv", index=False, float_format="%.6g", lineterminator="\n")
+    make_cells(pace).to_csv(folder / "pace.csv", index=False, float_format="%.6g", lineterminator="\n")
     table = pace.map(laws.format_short).assign(
         **{"density at release": pace["density at release"].map("{:.1f}".format)}
     )
@@ -268,7 +269,7 @@ def _list_sources(folder: Path) -> list[Block]:
     rows = [{name: getattr(law, name) for name in columns} for law in LAWS]
     sources = [{"reference": law.source.text, "doi": law.source.doi} for law in LAWS]
     table = pd.concat([pd.DataFrame(rows), pd.DataFrame(sources)], axis=1)
-    table.to_csv(folder / "laws.csv", index=False, lineterminator="\n")
+    make_cells(table).to_csv(folder / "laws.csv", index=False, lineterminator="\n")
     text = table.assign(reference=[_cite(law) for law in LAWS], range=[f"{law.low:g} to {law.high:g}" for law in LAWS])
     for name in ("name", "quantity", "formula", "how", "checked"):
         text[name] = text[name].map(escape)

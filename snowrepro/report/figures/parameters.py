@@ -10,6 +10,7 @@ from ...evidence.gather import Evidence
 from ...scene.build import build_scene
 from ...settings.case import Case
 from ...store.run import Run
+from ...text import make_cells
 from ..document import FigureContent, Table
 from .kinds import FigureKind
 
@@ -41,7 +42,7 @@ def report(evidence: Evidence) -> FigureContent:
         same = "yes" if math.isclose(used, printed, rel_tol=1e-4) else "**no**"
         rows.append([symbol, f"{printed:g}", f"{used:g}", same, acts, f"`{place}`" if place else "density x area"])
     table = pd.DataFrame(rows, columns=["parameter", "paper", "used", "same", "acts in", "config"])
-    table.to_csv(evidence.folder / "table1.csv", index=False, lineterminator="\n")
+    make_cells(table).to_csv(evidence.folder / "table1.csv", index=False, lineterminator="\n")
     as_printed = int((table["same"] == "yes").sum())
     verdict = f"{as_printed} of {len(table)} parameters of Table 1 are used as printed."
     return FigureContent([Table(table, data="table1.csv"), *_explain_mass(run, mass)], verdict)

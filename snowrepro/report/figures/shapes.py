@@ -11,6 +11,7 @@ from ...evidence.gather import Evidence
 from ...scene import outline as geometry
 from ...scene.build import Scene, build_scene
 from ...store.run import Run
+from ...text import make_cells
 from ..document import FigureContent, Picture, Table, escape
 from ..drawing.common import SKY, draw_snow
 from ..drawing.scenes import add_row_of_axes, save_with_padding
@@ -22,7 +23,7 @@ def report(evidence: Evidence) -> FigureContent:
     scenes = [(run, build_scene(run.case)) for run in evidence.runs]
     draw_shapes(scenes, evidence.folder / "shapes.png")
     table = _tabulate_shapes(scenes)
-    table.to_csv(evidence.folder / "shapes.csv", index=False, lineterminator="\n")
+    make_cells(table).to_csv(evidence.folder / "shapes.csv", index=False, lineterminator="\n")
     names = ", ".join(run.case.shape.name for run, _ in scenes)
     picture = Picture(
         "shapes.png",

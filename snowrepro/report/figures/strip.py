@@ -12,6 +12,7 @@ from ...evidence import claims
 from ...evidence.gather import Evidence, sort_as_in_paper
 from ...store.run import Run
 from ...summary.classify import classify
+from ...text import make_cells
 from ..document import FigureContent, Picture, escape
 from ..drawing.common import (
     SNOW,
@@ -95,7 +96,7 @@ def _write_panels(rows: Sequence[Row], path: Path) -> None:
         for row in rows
         for frame, places in row.places.items()
     ]
-    pd.DataFrame(cells).to_csv(path, index=False, float_format="%.5g", lineterminator="\n")
+    make_cells(pd.DataFrame(cells)).to_csv(path, index=False, float_format="%.5g", lineterminator="\n")
 
 
 def draw_strip(rows: Sequence[Row], frames: Sequence[int], run: Run, path: Path, by_fragment: bool) -> None:

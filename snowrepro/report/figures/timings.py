@@ -4,6 +4,7 @@ import pandas as pd
 
 from ...evidence.gather import Evidence
 from ...store.run import Run
+from ...text import make_cells
 from ..document import Block, FigureContent, Table
 from .kinds import FigureKind
 
@@ -20,7 +21,7 @@ def report(evidence: Evidence) -> FigureContent:
         rows += [[example, f"{particles:,}", *_measure_run(run, evidence, seconds)] for run in matching]
     columns = ["example", "particles (paper)", "particles", "s/frame (paper)", "s/frame", "paper / here", "substeps"]
     table = pd.DataFrame(rows, columns=columns)
-    table.to_csv(evidence.folder / "table2.csv", index=False, lineterminator="\n")
+    make_cells(table).to_csv(evidence.folder / "table2.csv", index=False, lineterminator="\n")
     summary = "; ".join(f"{row[0]}: {row[2]} particles, {row[4]} s/frame (paper: {row[3]})" for row in rows)
     blocks: list[Block] = [
         Table(table, data="table2.csv"),

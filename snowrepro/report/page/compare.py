@@ -10,9 +10,10 @@ from ...evidence.claims import INCONCLUSIVE, JudgedScene, Verdict
 from ...evidence.collect import collect_sweep
 from ...evidence.differences import SweepDifferences, compare_sweeps
 from ...evidence.gather import Evidence
-from ...store.files import require_writable
+from ...store.files import require_no_links, require_writable
 from ...sweep.plan import Plan
 from ...sweep.record import name_without_seeds, shorten_name
+from ...text import make_cells
 from ..document import (
     Block,
     Document,
@@ -49,6 +50,7 @@ def write_comparison(first: Plan, second: Plan) -> Path:
     """
     names = [name_without_seeds(plan.overrides) for plan in (first, second)]
     folder = Path(first.runs[0].config.question.reports) / shorten_name("-against-".join(names))
+    require_no_links(folder)
     require_writable(folder)
     differences = compare_sweeps(collect_sweep(first), collect_sweep(second))
     sides = zip((first, second), SIDES, strict=True)
@@ -127,7 +129,7 @@ def _compare_numbers(differences: SweepDifferences, folder: Path) -> list[Block]
     cells = differences.cells.reindex(
         differences.cells["difference"].abs().sort_values(ascending=False, kind="stable").index
     )
-    cells.to_csv(folder / "differences.csv", index=False, float_format="%.6g", lineterminator="\n")
+    make_cells(cells).to_csv(folder / "differences.csv", index=False, float_format="%.6g", lineterminator="\n")
     dims = [str(name) for name in cells.columns[: cells.columns.get_loc("measure")]]
     table = Table(cells.map(escape_cell), data="differences.csv")
     blocks: list[Block] = []

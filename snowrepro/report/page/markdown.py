@@ -6,7 +6,7 @@ from pathlib import Path
 import pandas as pd
 
 from ...store.files import published
-from ..document import Block, Document, Fold, Heading, Pair, Picture, Section, Table, escape, format_cell
+from ..document import Block, Document, Fold, Heading, Pair, Picture, Section, Table, escape, format_cell, format_code
 
 
 def write_markdown(document: Document, path: Path) -> None:
@@ -32,7 +32,7 @@ def _format_section(section: Section, headed: bool) -> list[str]:
         lines += [f"> The paper: {section.paper_text}", ""]
     lines += _format_blocks(section.blocks)
     if section.command:
-        lines += [f"Redo: `{section.command}`", ""]
+        lines += [f"Redo: {format_code(section.command)}", ""]
     return lines
 
 

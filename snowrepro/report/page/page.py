@@ -6,9 +6,10 @@ from functools import cached_property
 from pathlib import Path
 
 from ...evidence.gather import Evidence, command_to_repeat, gather_evidence, sort_as_in_paper
-from ...store.files import require_writable
+from ...store.files import require_no_links, require_writable
 from ...store.run import Run
 from ...summary.row import ARM
+from ...text import make_cells
 from ..document import Block, Document, FigureContent, Section, escape, relocate_block
 from ..drawing.common import own_style
 from ..figures.kinds import find_figure
@@ -68,13 +69,14 @@ def draw_experiment(runs: Sequence[Run], overrides: Sequence[str], folder: Path 
     written.
     """
     folder = folder or find_report_folder(runs[0], overrides)
+    require_no_links(folder)
     require_writable(folder)
     experiment = runs[0].config.question.experiment
     assert experiment is not None, "only an experiment has a report"
     figure = find_figure(experiment)
     evidence = gather_evidence(runs, folder, with_results=figure.needs_runs)
     if figure.needs_runs:
-        evidence.table.drop(columns=ARM, errors="ignore").to_csv(
+        make_cells(evidence.table.drop(columns=ARM, errors="ignore")).to_csv(
             folder / "summary.csv", index=False, float_format="%.6g", lineterminator="\n"
         )
     return ExperimentReport(evidence, figure.report(evidence), command_to_repeat(overrides))
@@ -93,6 +95,7 @@ def write_page(
 
     Its parts are: the summary, ``contents``, the sections ``more``, and the sections on all runs.
     """
+    require_no_links(folder)
     require_writable(folder)
     evidences = [content.evidence for content in contents if isinstance(content, ExperimentReport)]
     sections = [

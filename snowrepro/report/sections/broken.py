@@ -15,6 +15,7 @@ from matplotlib.lines import Line2D
 from ...evidence.gather import Evidence
 from ...store.run import Run
 from ...summary.row import read_bonds
+from ...text import make_cells
 from ..document import Block, Heading, Picture
 from ..drawing.common import save_figure
 
@@ -103,7 +104,7 @@ def _label_rows(run: Run, **columns: np.ndarray) -> pd.DataFrame:
 
 def _write_rows(rows: Sequence[pd.DataFrame], path: Path) -> None:
     """Write tables below one another as CSV."""
-    pd.concat(rows).to_csv(path, index=False, float_format="%.4g", lineterminator="\n")
+    make_cells(pd.concat(rows)).to_csv(path, index=False, float_format="%.4g", lineterminator="\n")
 
 
 def _make_panels() -> tuple[Figure, list[Axes]]:

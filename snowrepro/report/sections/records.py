@@ -17,6 +17,7 @@ from ...evidence.claims import ARMS, JudgedScene, Verdict, select_arm
 from ...evidence.gather import Evidence, read_origin
 from ...settings.question import HOW_USED, Claims
 from ...store.files import published
+from ...text import make_cells
 from ..document import Block, Document, Fold, Heading, Pair, Picture, Section, Table
 
 
@@ -49,7 +50,7 @@ def write_claims(evidence: Evidence, half_pressures: dict[str, str]) -> None:
     rows = [_make_row(scene.shape, scene.floor, v) for scene in scenes for v in scene.verdicts]
     frame = pd.DataFrame([*(_make_row("", "", v) for v in over_scenes), *rows])
     with published(evidence.folder / "claims.csv") as partial:
-        frame.to_csv(partial, index=False, float_format="%.6g", lineterminator="\n")
+        make_cells(frame).to_csv(partial, index=False, float_format="%.6g", lineterminator="\n")
 
 
 def write_json(document: Document, path: Path) -> None:

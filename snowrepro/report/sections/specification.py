@@ -14,6 +14,7 @@ from ...evidence.gather import Evidence
 from ...evidence.sensitivity import CHOICES, measure_lump_curve, scan_definitions
 from ...settings.question import Claim
 from ...store.run import Run
+from ...text import make_cells
 from ..document import Block, Heading, Picture, Table, format_list
 from ..drawing.common import save_figure
 from .broken import assign_colours
@@ -154,7 +155,7 @@ def _write_scan(choices: pd.DataFrame, lumps: pd.DataFrame, holds: pd.DataFrame,
     """Write the scan as sensitivity.csv."""
     flat = lumps.set_axis([f"{arm} {pressure:g}" for arm, pressure in lumps.columns], axis=1)
     table = pd.concat([choices, flat, holds], axis=1)
-    table.to_csv(evidence.folder / "sensitivity.csv", index=False, float_format="%.4g", lineterminator="\n")
+    make_cells(table).to_csv(evidence.folder / "sensitivity.csv", index=False, float_format="%.4g", lineterminator="\n")
 
 
 def _tabulate_by_choice(choices: pd.DataFrame, holds: pd.DataFrame) -> pd.DataFrame:
@@ -274,4 +275,4 @@ def draw_strains(runs: Sequence[Run], evidence: Evidence) -> None:
     )
     save_figure(figure, evidence.folder / "strains.png")
     table = pd.DataFrame(curves, index=pd.Index(steps, name="break_strain"))
-    table.to_csv(evidence.folder / "strains.csv", float_format="%.4g", lineterminator="\n")
+    make_cells(table).to_csv(evidence.folder / "strains.csv", float_format="%.4g", lineterminator="\n")
