@@ -15,6 +15,7 @@ from ..errors import ConfigError
 from ..settings.case import Case
 from ..settings.question import Question
 from .hydra_private import OverridesParser
+from .overrides import prepare_overrides
 
 PLACES = ("store", "reports")  # of folders
 # All that a record may say of what runs the jobs: numbers of the launcher on this machine; older ones also which it is.
@@ -52,8 +53,9 @@ def _find_harm(override: str, parser: OverridesParser) -> str:
     if "${" in override or "_target_" in override:
         return "has an interpolation or a target, which no record may have"
     try:
+        prepare_overrides([override])  # what is too long is not even read
         read = parser.parse_override(override)
-    except (HydraException, RecursionError, ValueError):
+    except (ConfigError, HydraException, RecursionError, ValueError):
         return "cannot be read"
     name = read.key_or_group
     if read.package is not None or not re.fullmatch(r"\w+(\.\w+)*", name):

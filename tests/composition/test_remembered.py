@@ -25,7 +25,7 @@ HARMFUL = [
     "shape=../../x", "shape=/etc/x", "experiment=../../outside/evil", "shape=[a,../b]", "shape={defaults: [../x]}",
     "shape@hydra.callbacks=ball", "+shape@_global_=ball", "@hydra=x", "nothing=1", "_target_=os.system", "+a.b.c=1",
     "shape.outline.file=/etc/passwd", "shape.outline={kind: image, file: ../x.png}", "shape.outline.file=~/x.svg",
-    "", "=", "pressure=[", "pressure=" + "[" * 3000, "pressure", "--multirun", "x y=1",
+    "", "=", "pressure=[", "pressure=" + "[" * 3000, "x=[" + "1," * 9000 + "1]", "pressure", "--multirun", "x y=1",
 ]  # fmt: skip
 
 
