@@ -207,9 +207,8 @@ def sinter(p, particles: ti.template(), constants: ti.template(), dt):
     rho = particles.density[p]
     rho_r = sintering.relative_density(rho, constants.rho_max)
 
-    new_rho = ti.min(
-        sintering.density(rho, sigma_m, rho_r, b_norm, time_step, constants.C1, constants.C2), constants.rho_max
-    )
+    grown_rho = sintering.density(rho, sigma_m, rho_r, b_norm, time_step, constants.C1, constants.C2)
+    new_rho = ti.min(grown_rho, constants.rho_max)
     particles.density[p] = new_rho
     particles.young[p] = sintering.youngs_modulus(rho_r, constants.E_max, constants.C3)
     particles.poisson[p] = ti.min(sintering.poissons_ratio(rho_r, constants.nu_max), constants.poisson_cap)
