@@ -18,16 +18,16 @@ reproduce: $(VENV)/installed
 	$(BIN)/snowrepro report $(COARSE)
 
 test: $(VENV)/installed  ## the fast tests
-	$(BIN)/python -m pytest -n auto -m "not slow and not nightly"
+	$(BIN)/python -m pytest -n auto --dist worksteal -m "not slow and not nightly"
 
 validate: $(VENV)/installed  ## all tests, with a table of what was compared with theory
 	$(BIN)/python -m pytest -n auto --validation-page=reports/validation/index.md
 
 slow: $(VENV)/installed  ## tests that make test leaves out
-	$(BIN)/python -m pytest -n auto -m slow
+	$(BIN)/python -m pytest -n auto --dist worksteal -m slow
 
 nightly: $(VENV)/installed  ## the rest: what would make CI too long for every change
-	$(BIN)/python -m pytest -n auto -m nightly
+	$(BIN)/python -m pytest -n auto --dist worksteal -m nightly
 
 lint: $(VENV)/installed
 	$(BIN)/ruff check .

@@ -92,6 +92,7 @@ def test_a_fingerprint_is_of_numbers_and_not_of_how_they_are_kept():
     assert fingerprints.take_fingerprints(values) == fingerprints.take_fingerprints(turned)
 
 
+@pytest.mark.nightly
 def test_the_bounds_act_in_the_runs_that_are_for_them():
     """Else a bound could be lost and no tier would notice."""
     acting = {"bounded": ("density_capped", "poisson_capped"), "readings": ("hardening_capped", "volume_bounded")}

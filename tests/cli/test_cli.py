@@ -127,6 +127,7 @@ def test_one_diverged_run_does_not_stop_the_others(snowrepro, tmp_path):
     assert "REPRODUCED" not in page.read_text().split("**C4.**")[1].splitlines()[0]
 
 
+@pytest.mark.nightly
 def test_claims_runs_judges_and_writes(snowrepro, tmp_path):
     """Runs of every seed, a table on the screen, four files; called again it runs nothing and says the same."""
     tiny = ["claims", "experiment=fig5", "pressure=500,3000", "sintering=paper", "seeds=2"]

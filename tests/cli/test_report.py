@@ -10,6 +10,7 @@ FIG5 = ["experiment=fig5", "pressure=500,3000", "sintering=paper", "experiment.f
 PAGES = ("index.html", "index.md", "report.json")
 
 
+@pytest.mark.nightly
 def test_a_paper_without_runs_says_how_to_make_them(snowrepro, tmp_path):
     """What needs no runs is drawn, all else is named with its command; the store is not touched."""
     done = snowrepro("report")
@@ -25,6 +26,7 @@ def test_a_paper_without_runs_says_how_to_make_them(snowrepro, tmp_path):
     assert str(tmp_path) not in page + html
 
 
+@pytest.mark.nightly
 def test_two_processes_write_the_same_bytes(snowrepro, tmp_path):
     """Page, text, JSON, pictures and tables of one store, made twice in processes of their own."""
     ran = snowrepro("run", *FIG5)

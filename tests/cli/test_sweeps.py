@@ -117,6 +117,7 @@ def test_a_killed_worker_costs_one_retry(tmp_path):
     assert sorted(starts) == [1, 1, 1, 2]
 
 
+@pytest.mark.nightly
 def test_everything_killed_at_once_loses_nothing(tmp_path, snowrepro):
     """Launcher, server and workers: what was published stays, the next call does the rest."""
     process = start(tmp_path, "run", *FOUR, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
@@ -160,6 +161,7 @@ def test_two_sweeps_at_once_share_the_work(tmp_path):
     assert not list(tmp_path.glob("runs/.work/*"))
 
 
+@pytest.mark.nightly
 def test_a_lease_of_a_dead_host_is_taken_over(tmp_path, snowrepro):
     """While it beats the run is somebody's; when it was silent for long, it is nobody's."""
     one = ["pressure=500", *SMALL]
@@ -176,7 +178,7 @@ def test_a_lease_of_a_dead_host_is_taken_over(tmp_path, snowrepro):
     assert run_id in results(tmp_path)
 
 
-@pytest.mark.parametrize("harm", ["truncated", "wrong checksum"])
+@pytest.mark.parametrize("harm", ["truncated", pytest.param("wrong checksum", marks=pytest.mark.nightly)])
 def test_a_broken_result_is_found_and_made_again(tmp_path, snowrepro, harm):
     """plan and explain say what is wrong; run mends it; nothing else is run."""
     two = ["-m", "pressure=500,3000", "sintering=none", *SMALL]

@@ -30,7 +30,10 @@ def assert_same_bits(one: xr.Dataset, other: xr.Dataset) -> None:
 
 @pytest.mark.parametrize(
     "reading",
-    [[], ["reading.density_changes=moduli_and_volume", "reading.cadence=substep", "reading.release=rest"]],
+    [
+        ["reading.density_changes=moduli_and_volume", "reading.cadence=substep", "reading.release=rest"],
+        pytest.param([], marks=pytest.mark.nightly),
+    ],
 )
 def test_going_on_from_any_frame(reading):
     """From the start, in mid-press, on both sides of the release, in the impact: in every reading that keeps state."""
