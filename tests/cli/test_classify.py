@@ -176,7 +176,7 @@ def test_what_is_no_file(snowrepro, tmp_path):
     """A pipe is not waited for; a file that is cut off is named with its sizes."""
     os.mkfifo(tmp_path / "pipe\x1b[31m")
     shown = snowrepro("classify", "pipe\x1b[31m")
-    assert (shown.returncode, shown.stderr.count("it is a pipe"), "\x1b" in shown.stderr) == (2, 1, False)
+    assert (shown.returncode, shown.stderr.count("is no regular file"), "\x1b" in shown.stderr) == (2, 1, False)
     write(tmp_path / "cut.nc", form="NETCDF3_CLASSIC", release_frame=0)
     whole = (tmp_path / "cut.nc").read_bytes()
     (tmp_path / "cut.nc").write_bytes(whole[: len(whole) * 2 // 3])

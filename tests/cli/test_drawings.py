@@ -53,6 +53,6 @@ def test_a_drawing_with_a_hole_is_recorded_as_corners(snowrepro, tmp_path: Path)
 def test_too_much_snow(snowrepro, tmp_path: Path):
     told = snowrepro("run", "shape.outline.radius=4000")
     assert told.returncode == 2
-    assert "201,061,930 particles; at most 2,000,000" in told.stderr
+    assert "201,061,930 particles of shape 'ball', at most 2,000,000" in told.stderr
     assert len(told.stderr.splitlines()) == 1
     assert not list(tmp_path.iterdir())
