@@ -283,8 +283,8 @@ class Case(Settings):
         if needed > self.solver.max_substeps:
             raise ValueError(
                 f"a frame needs {needed:,.0f} substeps or more, solver.max_substeps allows "
-                f"{self.solver.max_substeps:,}: elastic waves cross {wave_speed:,.4g} lengths a second, a cell is "
-                f"{self.dx:g} long, and solver.cfl is {self.solver.cfl:g}"
+                f"{self.solver.max_substeps:,}: elastic waves cross {wave_speed:,.4g} lengths a second, the grid "
+                f"spacing is {self.dx:g} lengths, and solver.cfl is {self.solver.cfl:g}"
             )
         return self
 

@@ -59,7 +59,7 @@ def test_only_one_holds(tmp_path):
 def test_the_living_keep_it_and_the_dead_lose_it(tmp_path):
     """On this host at once: by their process number, and not by how long they were silent."""
     process = _started(_take_and_sleep, tmp_path)
-    _wait_for(lambda: lease.holder(tmp_path))
+    _wait_for(lambda: (held := lease.holder(tmp_path)) and held.pid)  # and not just being written
     assert lease.holder(tmp_path).pid == process.pid
     assert lease.take(tmp_path) is None
     assert lease.dead_holder(tmp_path) is None
@@ -121,7 +121,7 @@ def test_a_clock_that_jumps_takes_nothing_from_the_living(tmp_path, monkeypatch,
 def test_a_living_process_of_this_host_keeps_it_however_long_it_is_silent(tmp_path):
     """Taichi compiles for minutes, and no thread gets to renew a lease meanwhile."""
     process = _started(_take_and_sleep, tmp_path)
-    _wait_for(lambda: lease.holder(tmp_path))
+    _wait_for(lambda: (held := lease.holder(tmp_path)) and held.pid)  # and not just being written
     for moment in (1.0, time.time() + 1e6):
         os.utime(tmp_path / "lease.1", (moment, moment))
         assert lease.holder(tmp_path).pid == process.pid
