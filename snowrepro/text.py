@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 LONGEST_QUOTE = 60  # letters of a quoted text
 FORMULA = re.compile(r"[=+\-@]")  # what spreadsheets begin a formula with
-NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?( [\w ,.]*)?")  # and words behind it
 
 
 def make_printable(text: object) -> str:

@@ -147,8 +147,8 @@ def describe_repetition(repetition: Repetition) -> list[str]:
 
 def _is_intact(result: Path, original: Original) -> bool:
     """Return whether the original's result is there, as its manifest describes it."""
-    checksum = original.content.get("files", {}).get(RESULT, {}).get("sha256")
+    promised = original.content.get("files", {}).get(RESULT, {})
     try:
-        return sha256(result) == checksum
+        return result.stat().st_size == promised.get("bytes") and sha256(result) == promised.get("sha256")
     except (OSError, Unreadable):
         return False

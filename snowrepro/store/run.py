@@ -159,7 +159,9 @@ class Run:
         return dataset
 
     def _require_arrays(self, dataset: "xr.Dataset") -> None:
-        """Check that a result has the arrays of this run, no larger than they can be.  Raises StoreError."""
+        """Check that a result has the arrays of a run, no larger than they can be.  Raises StoreError."""
+        if not dataset.variables:
+            return  # nothing that could be drawn or measured
         particles = MOST_PARTICLES * _arrays().count_particles(self.case)
         if missing := [name for name in ARRAYS if name not in dataset.variables]:
             raise StoreError(f"{RESULT} has no {', '.join(missing)}")
@@ -386,7 +388,7 @@ def find_result(id_or_path: str | Path, store: str | Path) -> Path:
 def _require_as_written(path: Path) -> None:
     """Check that a result is what a manifest beside it says, if there is one.  Raises Unreadable."""
     promised = manifest.read(path.parent).get("files", {}).get(path.name)
-    if promised and sha256(path) != promised["sha256"]:
+    if promised and (path.lstat().st_size != promised["bytes"] or sha256(path) != promised["sha256"]):
         raise Unreadable(path, "cannot be read: it is not as it was written, its checksum differs")
 
 
