@@ -16,6 +16,7 @@ from pathlib import Path
 
 from tables import describe_machine, format_table
 
+from snowrepro.settings.case import MODEL_VERSION
 from snowrepro.store import manifest
 from snowrepro.store.cost import kind_of
 from snowrepro.store.files import read_json
@@ -101,7 +102,8 @@ def fill_store(sweep: Sequence[str], count: int) -> tuple[int, int]:
     for run in finished:
         run.folder.mkdir(parents=True)
         run.result.write_bytes(b"no particles")
-        content = {"run_id": run.id, "created": "2026-01-01T00:00:00+00:00", "git_state": "none"}
+        content = {"run_id": run.id, "model_version": MODEL_VERSION, "created": "2026-01-01T00:00:00+00:00"}
+        content["git_state"] = "none"
         content |= {"wall_seconds": 20.0, "seconds_per_frame": 0.03, "kind": vars(kind_of(run.case))}
         manifest.write(run.folder, [RESULT], {**content, "config": run.config.record()})
         row = {"run_id": run.id, "pressure": run.case.pressure, "lump_fraction": 0.5, "seconds": 20.0}
