@@ -9,8 +9,8 @@ from contextlib import contextmanager
 
 from rich.console import Console
 from rich.live import Live
+from rich.markup import escape
 from rich.table import Table
-from rich.text import Text
 
 from ..store import states
 from ..store.models import Progress
@@ -130,9 +130,9 @@ def _frame(job: Job) -> str:
     return f"{progress.frame}/{progress.frames}" if progress else ""
 
 
-def _shown(label: str) -> Text:
-    """A job's name as it is, whatever letters it has."""
-    return Text(make_printable(label))
+def _shown(label: str) -> str:
+    """A job's name as it is, whatever letters it has: a table takes brackets for markup."""
+    return escape(make_printable(label))
 
 
 def _why(job: Job) -> str:

@@ -9,7 +9,7 @@ import pytest
 from tests.fuzz import stores
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def made(small_run, tmp_path_factory) -> tuple[Path, list[str]]:
     """The store, and the ids of its runs."""
     store = tmp_path_factory.mktemp("made") / "runs"
