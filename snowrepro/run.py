@@ -114,8 +114,7 @@ def _attempt(run: Run, on_progress: Callable[["Progress"], None] | None, lease_o
         except LeaseLost:
             raise
         except Exception as error:
-            if lease_of_run.lost:  # and with it the folder of the result
-                raise LeaseLost(f"another process took over {run.id}") from error
+            lease_of_run.require_held()  # with it the folder of the result is lost
             _record(run, lease_of_run, states.FAILED, str(error) or type(error).__name__)
             raise
         finally:
@@ -217,16 +216,14 @@ class Watch:
             self.on_progress(progress)
         if moment - self.last_report > PROGRESS_SECONDS:
             self.last_report = moment
-            if self.lease.lost:
-                raise LeaseLost(f"another process took over {self.run.id}")
+            self.lease.require_held()
             with self._warn_once():
                 self.run.save_progress(progress.frame, progress.frames, progress.substeps)
         if moment - self.last_checkpoint > max(
             self.run.config.execution.checkpoint_seconds, MOST_WRITING * self.writing_seconds
         ):
             arrays = progress.checkpoint()
-            if self.lease.lost:
-                raise LeaseLost(f"another process took over {self.run.id}")
+            self.lease.require_held()
             with self._warn_once():
                 origin = {"seconds": np.array(self.seconds()), "began": np.array(self.began)}
                 self.run.save_checkpoint({**arrays, **origin})

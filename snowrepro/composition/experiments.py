@@ -8,16 +8,18 @@ from typing import Any
 import yaml
 
 from ..errors import ConfigError
+from .messages import describe_file_error
 
 FOLDER = "experiment"
 _PACKAGE = Path(__file__).resolve().parents[1]
 # An installed wheel carries conf/ inside the package; a clone has it beside.
+OWN_DIR = Path("conf")  # of the user's own options, in the working directory
 CONF_DIR = _PACKAGE / "conf" if (_PACKAGE / "conf").is_dir() else _PACKAGE.parent / "conf"
 
 
 def read_experiments() -> dict[str, dict[str, Any]]:
     """The ``experiment`` section of each experiment's file, by the file's name; the user's own beside the built-in."""
-    folders = dict.fromkeys(path.resolve() for path in (CONF_DIR / FOLDER, Path("conf") / FOLDER) if path.is_dir())
+    folders = dict.fromkeys(path.resolve() for path in (CONF_DIR / FOLDER, OWN_DIR / FOLDER) if path.is_dir())
     paths = {path.stem: path for folder in folders for path in sorted(folder.glob("*.yaml"))}
     return {name: _read(path, path.stat().st_mtime_ns) for name, path in paths.items()}
 
@@ -61,6 +63,6 @@ def _read(path: Path, _changed: int) -> dict[str, Any]:
     try:
         content = yaml.safe_load(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise ConfigError(f"{path} cannot be read as YAML: {' '.join(str(error).split())}") from error
+        raise ConfigError(describe_file_error(path, error)) from error
     section = content.get("experiment") if isinstance(content, dict) else None
     return section if isinstance(section, dict) else {}

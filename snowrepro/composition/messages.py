@@ -3,8 +3,10 @@
 import difflib
 import re
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any, get_args
 
+import yaml
 from pydantic import BaseModel
 
 from ..settings.config import PARTS
@@ -46,6 +48,17 @@ def one_message(error: Exception) -> str:
     if unknown:
         return _no_such_key(unknown[1].lstrip("+"))
     return re.split(r" Config search path:| See https://", text)[0]
+
+
+def describe_file_error(path: Path, error: Exception) -> str:
+    """Say in one line at which place and why a YAML file cannot be read."""
+    if isinstance(error, UnicodeDecodeError):
+        lines_before = error.object[: error.start].count(b"\n")
+        return f"{path}, line {lines_before + 1}: is not in UTF-8; save it in that encoding"
+    if isinstance(error, yaml.MarkedYAMLError) and error.problem_mark:
+        return f"{path}, line {error.problem_mark.line + 1}: {error.problem}"
+    first_line = str(error).partition("\n")[0]
+    return f"{path}: cannot be read: {first_line}"
 
 
 def list_causes(error: BaseException | None) -> list[BaseException]:

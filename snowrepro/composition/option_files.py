@@ -9,10 +9,9 @@ from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from ..errors import ConfigError
-from .experiments import CONF_DIR
-from .messages import list_causes
+from .experiments import CONF_DIR, OWN_DIR
+from .messages import describe_file_error, list_causes
 
-OWN = Path("conf")
 MOST_BYTES = 1_000_000
 MOST_VALUES = 10_000  # with what anchors repeat
 
@@ -20,10 +19,10 @@ MOST_VALUES = 10_000  # with what anchors repeat
 def describe_broken_file(error: Exception) -> str:
     """Say in which of the user's files, where and why reading failed with ``error``; empty if it was in none."""
     causes = list_causes(error)
-    broken = [(path, found) for path in _list_files() if (found := _try_to_read(path))]
-    alike = [(path, found) for path, found in broken if type(found) in map(type, causes)]
-    same = [(path, found) for path, found in alike if str(found) in map(str, causes)]  # with the file's path, in most
-    return next((_describe(path, found) for path, found in (*same, *alike)), "")
+    broken = [(path, flaw) for path in _list_files() if (flaw := _try_to_read(path))]
+    alike = [(path, flaw) for path, flaw in broken if type(flaw) in map(type, causes)]
+    same = [(path, flaw) for path, flaw in alike if str(flaw) in map(str, causes)]  # with the file's path, in most
+    return next((describe_file_error(path, flaw) for path, flaw in (*same, *alike)), "")
 
 
 def _try_to_read(path: Path) -> Exception | None:
@@ -33,17 +32,6 @@ def _try_to_read(path: Path) -> Exception | None:
     except (yaml.YAMLError, OmegaConfBaseException, ValueError, OSError, RecursionError) as error:
         return error
     return None
-
-
-def _describe(path: Path, error: Exception) -> str:
-    """Say at which place and why a file cannot be read."""
-    if isinstance(error, UnicodeDecodeError):
-        lines_before = error.object[: error.start].count(b"\n")
-        return f"{path}, line {lines_before + 1}: is not in UTF-8; save it in that encoding"
-    if isinstance(error, yaml.MarkedYAMLError) and error.problem_mark:
-        return f"{path}, line {error.problem_mark.line + 1}: {error.problem}"
-    first_line = str(error).partition("\n")[0]
-    return f"{path}: cannot be read: {first_line}"
 
 
 def require_small_files() -> None:
@@ -83,6 +71,6 @@ def _count_values(node: yaml.Node | None, known: dict[int, int]) -> int:
 
 def _list_files() -> Iterator[Path]:
     """The files in the user's folder that can be options: one or two folders deep, as the built-in ones."""
-    if OWN.is_dir() and OWN.resolve() != CONF_DIR:
+    if OWN_DIR.is_dir() and OWN_DIR.resolve() != CONF_DIR:
         for pattern in ("*.yaml", "*/*.yaml", "*/*/*.yaml"):
-            yield from (path for path in sorted(OWN.glob(pattern)) if path.is_file())
+            yield from (path for path in sorted(OWN_DIR.glob(pattern)) if path.is_file())

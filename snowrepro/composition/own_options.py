@@ -1,12 +1,10 @@
 """The user's own options: a folder ``conf`` in the working directory, beside the built-in one."""
 
-from pathlib import Path
-
 from hydra.core.config_search_path import ConfigSearchPath
 from hydra.core.plugins import Plugins
 from hydra.plugins.search_path_plugin import SearchPathPlugin
 
-from .experiments import CONF_DIR
+from .experiments import CONF_DIR, OWN_DIR
 
 
 class OwnOptions(SearchPathPlugin):
@@ -14,7 +12,7 @@ class OwnOptions(SearchPathPlugin):
 
     def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
         """Add the user's folder, if there is one, to a search path of this program; leave other programs' alone."""
-        own = Path("conf").resolve()
+        own = OWN_DIR.resolve()
         is_ours = any(element.path == str(CONF_DIR) for element in search_path.get_path())
         if is_ours and own.is_dir() and own != CONF_DIR:
             search_path.append(provider="own", path=f"file://{own}")

@@ -23,7 +23,7 @@ from pathlib import Path
 import psutil
 
 from .. import foreign
-from ..errors import StoreError
+from ..errors import LeaseLost, StoreError
 from ..foreign import Unreadable
 from . import models
 from .files import write_json, writing
@@ -89,6 +89,11 @@ class Lease:
         """Whether the file is gone or a later one is there."""
         return _newest(self.path.parent) != self.generation
 
+    def require_held(self) -> None:
+        """Raises LeaseLost once another process took the lease over."""
+        if self.lost:
+            raise LeaseLost(f"another process took over {self.path.parent.name}")
+
     def release(self) -> None:
         """Give the lease back."""
         self._stop.set()
@@ -103,7 +108,7 @@ class Lease:
                 os.utime(self.path)
 
 
-class Watch:
+class LeaseWatch:
     """What one process has seen of the lease of another host: since when nothing of it has changed."""
 
     def __init__(self) -> None:
@@ -121,7 +126,7 @@ class Watch:
         return time.monotonic() - self._since >= WATCHED_SECONDS
 
 
-def take(folder: Path, watch: Watch | None = None) -> Lease | None:
+def take(folder: Path, watch: LeaseWatch | None = None) -> Lease | None:
     """Take the lease of a work folder, which is made if need be; None if somebody alive holds it, or may do so.
 
     ``watch``: kept from one try to the next; without it nothing is taken from another host.  Raises StoreError where
@@ -164,11 +169,11 @@ def holder(folder: Path) -> Holder | None:
     return holding if abs(silent) <= EXPIRY_SECONDS else None  # one from the future: a clock has jumped
 
 
-def _is_certain(path: Path, watch: Watch | None) -> bool:
+def _is_certain(path: Path, watch: LeaseWatch | None) -> bool:
     """Whether a lease that seems to be nobody's is: it was given back, its process is gone, or it was watched."""
     holding = _look(path)
-    is_told_here = holding is None or holding.place == _place()
-    return is_told_here or (watch is not None and watch.has_been_still(path))
+    needs_no_watch = holding is None or holding.place == _place()
+    return needs_no_watch or (watch is not None and watch.has_been_still(path))
 
 
 def _look(path: Path) -> Holder | None:
@@ -227,7 +232,7 @@ def dead_holder(folder: Path) -> Holder | None:
 @contextmanager
 def hold_lease(folder: Path) -> Iterator[Lease]:
     """Hold the lease of a work folder, waiting for whoever has it."""
-    watch = Watch()
+    watch = LeaseWatch()
     lease = take(folder, watch)
     while lease is None:
         time.sleep(WAIT_SECONDS)

@@ -160,8 +160,6 @@ class Run:
 
     def _require_arrays(self, dataset: "xr.Dataset") -> None:
         """Check that a result has the arrays of a run, no larger than they can be.  Raises StoreError."""
-        if not dataset.variables:
-            return  # nothing that could be drawn or measured
         particles = MOST_PARTICLES * _arrays().count_particles(self.case)
         if missing := [name for name in ARRAYS if name not in dataset.variables]:
             raise StoreError(f"{RESULT} has no {', '.join(missing)}")

@@ -115,7 +115,10 @@ def _require_finite_range(override: Override) -> None:
     swept = override.value()
     if not isinstance(swept, RangeSweep) or swept.start is None or swept.stop is None:
         return
-    count = (swept.stop - swept.start) / swept.step if swept.step else math.inf
+    try:
+        count = float(swept.stop - swept.start) / swept.step if swept.step else math.inf
+    except OverflowError:
+        count = math.inf
     if not count <= MOST_RUNS:  # or not a number
         raise ConfigError(f"'{override.input_line}' names {count:,.0f} runs, at most {MOST_RUNS:,} are allowed")
 

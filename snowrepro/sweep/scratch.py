@@ -25,8 +25,10 @@ def make_scratch_folder() -> Path:
     for left in parent.glob(f"{PREFIX}*"):
         _remove_if_left(left)
     folder = Path(tempfile.mkdtemp(prefix=PREFIX, dir=parent))
-    lock = (folder / LOCK).open("w")
+    unnamed = folder / f"{LOCK}.new"
+    lock = unnamed.open("w")
     fcntl.flock(lock, fcntl.LOCK_EX)
+    unnamed.rename(folder / LOCK)  # others see it only when it is held
     # Behind multiprocessing's own tidying up, which has files in it; and in no process that was forked from this one.
     util.Finalize(None, _remove, args=(folder, lock), exitpriority=-200)
     return folder

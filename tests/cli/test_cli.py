@@ -233,13 +233,14 @@ def test_own_options_as_the_documentation_shows(snowrepro, tmp_path):
     """Its floor of points and snow of an SVG path, in one run, in a sweep, and in the list of names."""
     page = (ROOT / "docs" / "scenes.md").read_text()
     blocks = re.findall(r"```yaml\n# (conf/(?!hydra)\S+)\n(.*?)```", page, re.DOTALL)
-    assert [name for name, _ in blocks] == ["conf/floor/gutter.yaml", "conf/shape/drop.yaml"]
+    assert [name for name, _ in blocks] == ["conf/floor/gutter.yaml", "conf/floor/cave.yaml", "conf/shape/drop.yaml"]
     for name, text in blocks:
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(text)
     assert snowrepro("run", "shape=drop", "floor=gutter", *SMALL).returncode == 0
+    assert snowrepro("run", "shape=drop", "floor=cave", *SMALL).returncode == 0
     assert snowrepro("run", "-m", "shape=drop,ball", "floor=gutter", "pressure=500", *SMALL).returncode == 0
-    assert sorted(path.parent.name.split("-")[0] for path in results(tmp_path)) == ["ball", "drop", "drop"]
+    assert sorted(path.parent.name.split("-")[0] for path in results(tmp_path)) == ["ball", "drop", "drop", "drop"]
     assert "there are: ball, drop, rectangle, star, triangle" in snowrepro("run", "shape=horse").stderr
 
 

@@ -1,11 +1,12 @@
-"""Reports as the command writes them, and stores with numbers as wanted and no snow."""
+"""Reports as the command writes them, and stores with numbers as wanted and hardly any snow."""
 
 from collections.abc import Callable, Sequence
 
+import numpy as np
 import xarray as xr
 
 from snowrepro.report.page.page import ExperimentReport, draw_experiment, write_experiment_page
-from snowrepro.store.run import Run
+from snowrepro.store.run import ARRAYS, Run
 from snowrepro.summary import row as summary
 from snowrepro.sweep.plan import Plan
 
@@ -24,13 +25,24 @@ def paper_like(run: Run) -> float:
     return LIKE_THE_PAPER[run.case.pressure] + 0.01 * (run.case.seed % 3) if run.case.sintering.enabled else 0.0
 
 
+def make_grain() -> xr.Dataset:
+    """Make a result of one particle and one frame that has all arrays of a result."""
+    dims = {"frame": ("frame",), "time": ("frame",), "snapshot": ("snapshot",), "mass": ("particle",)}
+    dims |= dict.fromkeys(("position", "velocity"), ("snapshot", "particle", "axis"))
+    sizes = {"frame": 1, "snapshot": 1, "particle": 1, "axis": 2}
+    usual = ("snapshot", "particle")
+    return xr.Dataset(
+        {name: (dims.get(name, usual), np.zeros([sizes[dim] for dim in dims.get(name, usual)])) for name in ARRAYS}
+    )
+
+
 def fill(plan: Plan, lumps: Callable[[Run], float | None]) -> Plan:
     """Give each run of a plan a result with these lumps; None: no result."""
     for run in plan.runs:
         value = lumps(run)
         if value is None:
             continue
-        run.save(xr.Dataset())
+        run.save(make_grain())
         row = {"run_id": run.id, "shape": run.case.shape.name, "floor": run.case.floor.name}
         row |= {"sintering": run.case.sintering.name, "pressure": run.case.pressure, "seed": run.case.seed}
         row |= {"lump_fraction": value, "settled": True, "seconds": 1.0}

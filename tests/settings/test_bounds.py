@@ -57,6 +57,8 @@ def test_what_takes_too_much_is_refused_at_once(overrides, message):
         (["seed=shuffle(range(0,100000000))"], "names 100,000,000 runs"),
         (["pressure=range(0,1e9,1e-9)"], "names 1,000,000,000,000,000,000 runs"),
         (["pressure=range(0,10,0)"], "names inf runs"),
+        (["seed=range(0,1" + 400 * "0" + ")"], "names inf runs"),
+        (["seed=range(0,5,1" + 400 * "0" + ")"], "names inf runs"),
         (["pressure=range(0,nan)"], "names nan runs"),
         (["seed=range(0,1000)", "pressure=range(1,1000)"], "this names 999,000 runs, at most 100,000 are allowed"),
     ],

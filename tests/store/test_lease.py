@@ -92,10 +92,10 @@ def test_another_host_is_dead_when_it_is_silent(tmp_path, monkeypatch):
     os.utime(path, (late, late))
     assert lease.holder(tmp_path) is None
     assert lease.dead_holder(tmp_path).host == "elsewhere"
-    watch = lease.Watch()
+    watch = lease.LeaseWatch()
     assert lease.take(tmp_path) is None and lease.take(tmp_path, watch) is None
     time.sleep(0.25)
-    assert lease.take(tmp_path, lease.Watch()) is None
+    assert lease.take(tmp_path, lease.LeaseWatch()) is None
     held = lease.take(tmp_path, watch)
     assert held is not None and held.generation == 8 and not path.exists()
     held.release()
@@ -105,7 +105,7 @@ def test_another_host_is_dead_when_it_is_silent(tmp_path, monkeypatch):
 def test_a_clock_that_jumps_takes_nothing_from_the_living(tmp_path, monkeypatch, jump):
     """Wherever it jumps to: who renews the lease meanwhile is seen to live."""
     monkeypatch.setattr(lease, "WATCHED_SECONDS", 0.3)
-    path, watch = tmp_path / "lease.1", lease.Watch()
+    path, watch = tmp_path / "lease.1", lease.LeaseWatch()
     write_json(path, ELSEWHERE)
     for beat in range(8):
         moment = path.stat().st_mtime + beat + (jump if beat == 0 else 0)
@@ -125,7 +125,7 @@ def test_a_living_process_of_this_host_keeps_it_however_long_it_is_silent(tmp_pa
     for moment in (1.0, time.time() + 1e6):
         os.utime(tmp_path / "lease.1", (moment, moment))
         assert lease.holder(tmp_path).pid == process.pid
-        assert lease.take(tmp_path, lease.Watch()) is None
+        assert lease.take(tmp_path, lease.LeaseWatch()) is None
     process.kill()
     process.join()
 

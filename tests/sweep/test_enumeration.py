@@ -286,9 +286,9 @@ print(peak_memory_mb())
 """
 
 
-@pytest.mark.parametrize(("seeds", "seconds"), [(1, 60), pytest.param(596, 30, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize(("seeds", "seconds"), [(1, 60), pytest.param(595, 30, marks=pytest.mark.nightly)])
 def test_a_large_sweep_is_lean(seeds, seconds):
-    """100,000 runs in a fresh process; nothing is imported that only running them needs."""
+    """Almost as many runs as are allowed, in a fresh process; nothing is imported that only running them needs."""
     overrides = ["experiment=grid", f"seed=range({seeds})"]
     done = subprocess.run(
         [sys.executable, "-c", ENUMERATE, *overrides], capture_output=True, text=True, check=True, timeout=seconds

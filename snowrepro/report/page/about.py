@@ -4,6 +4,7 @@ import math
 import os
 from collections.abc import Sequence
 from pathlib import Path
+from urllib.parse import quote
 
 import pandas as pd
 import yaml
@@ -183,7 +184,7 @@ def _make_run_row(run: Run, evidence: Evidence, folder: Path) -> dict[str, objec
     """Make the row of one run in the list."""
     name = run.id
     row: dict[str, object] = {
-        "run": _link_files(name, run, folder) if evidence.is_done(run) else f"**missing** {name}",
+        "run": _link_files(name, run, folder) if evidence.is_done(run) else f"**missing** {escape(name)}",
         "shape": escape(run.case.shape.name),
         "floor": escape(run.case.floor.name),
         "pressure": f"{run.case.pressure:g}",
@@ -203,6 +204,6 @@ def _list_changes(run: Run, evidence: Evidence) -> list[str]:
 def _link_files(name: str, run: Run, folder: Path) -> str:
     """Format a run's id with links to its result and manifest; without links if a path is absolute."""
     if Path(run.store).is_absolute() or folder.is_absolute():
-        return name
-    path = os.path.relpath(run.folder, folder)
-    return f"{name} ([run.nc]({path}/run.nc), [manifest]({path}/manifest.json))"
+        return escape(name)
+    path = quote(os.path.relpath(run.folder, folder))
+    return f"{escape(name)} ([run.nc]({path}/run.nc), [manifest]({path}/manifest.json))"
