@@ -18,6 +18,11 @@ def add_verify(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--verify", action="store_true", help="read all results, and not just their sizes and times")
 
 
+def add_no_report(parser: argparse.ArgumentParser) -> None:
+    """Whether the report is left for later."""
+    parser.add_argument("--no-report", action="store_true", help="draw no report: 'snowrepro report' can do it later")
+
+
 def add_store(parser: argparse.ArgumentParser) -> None:
     """Where the runs are."""
     parser.add_argument("--store", default="runs", help="folder that keeps the runs (default: %(default)s)")

@@ -60,14 +60,14 @@ def test_fine(snowrepro, tmp_path):
     assert done.returncode == 0, done.stderr
     assert "tier 2, short horizon\n2  ok            sintered: " in done.stdout
     assert done.stdout.splitlines()[-1].startswith("fine: ")
-    assert sorted(path.name for path in (tmp_path / "reports/check").iterdir()) == [
+    assert sorted(path.name for path in (tmp_path / "my_reports/check").iterdir()) == [
         "check.json",
         "check.md",
         "check.xml",
     ]
-    said = json.loads((tmp_path / "reports/check/check.json").read_text())
+    said = json.loads((tmp_path / "my_reports/check/check.json").read_text())
     assert said["finished"] and said["exit_code"] == 0 and {f["tier"] for f in said["findings"]} == {1, 2}
-    assert ET.parse(tmp_path / "reports/check/check.xml").getroot().findall(".//testcase")
+    assert ET.parse(tmp_path / "my_reports/check/check.xml").getroot().findall(".//testcase")
 
 
 def test_an_unknown_platform_falls_to_tier_2_and_says_so(snowrepro, references):
@@ -105,7 +105,7 @@ def test_bad_input(snowrepro, tmp_path, arguments, told):
     (tmp_path / "file").write_text("")
     done = snowrepro("check", *arguments)
     assert done.returncode == 2 and told in done.stderr and "Traceback" not in done.stderr
-    assert not (tmp_path / "reports").exists()
+    assert not (tmp_path / "my_reports").exists()
 
 
 @pytest.mark.parametrize("name", ["origin.json", "fingerprints.json", "horizon.csv"])
@@ -144,7 +144,7 @@ def test_interrupted(tmp_path):
         process.send_signal(signal.SIGTERM)
         process.communicate(timeout=100)
     assert first.startswith("0  ok ") and process.returncode == 130
-    said = json.loads((tmp_path / "reports/check/check.json").read_text())
+    said = json.loads((tmp_path / "my_reports/check/check.json").read_text())
     assert not said["finished"] and len(said["findings"]) >= 1
 
 

@@ -122,7 +122,7 @@ def test_one_diverged_run_does_not_stop_the_others(snowrepro, tmp_path):
     assert len(results(tmp_path)) == 1
     assert "1 of 2 runs have no result" in done.stderr
     assert "Traceback" not in done.stderr
-    (page,) = (tmp_path / "reports").glob("fig5,*/index.md")
+    (page,) = (tmp_path / "my_reports").glob("fig5,*/index.md")
     assert "**missing** (failed): ball on L, 1e\\+09, none, seed 0: diverged in frame" in page.read_text()
     assert "REPRODUCED" not in page.read_text().split("**C4.**")[1].splitlines()[0]
 
@@ -136,9 +136,9 @@ def test_claims_runs_judges_and_writes(snowrepro, tmp_path):
     assert first.returncode == 0, first.stderr
     assert "4 runs, 0 of them done" in first.stderr
     assert {path.parent.name.split("-")[-2] for path in results(tmp_path)} == {"0", "1"}
-    (folder,) = (tmp_path / "reports").iterdir()
+    (folder,) = (tmp_path / "my_reports").iterdir()
     assert {"index.html", "response.png", "claims.json", "claims.csv"} <= {path.name for path in folder.iterdir()}
-    assert first.stdout.splitlines()[-1] == f"report: reports/{folder.name}/index.html"
+    assert first.stdout.splitlines()[-1] == f"report: my_reports/{folder.name}/index.html"
     words = {v["claim"]: v["shown"] for v in json.loads((folder / "claims.json").read_text())["scenes"][0]["verdicts"]}
     for claim, word in words.items():
         (line,) = [line for line in first.stdout.splitlines() if line.startswith(f"{claim} ")]

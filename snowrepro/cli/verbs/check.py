@@ -43,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--out", type=Path, metavar="FOLDER",
-        help="of the files that are written (default: reports/check, of --mutants reports/mutants)",
+        help="of the files that are written (default: my_reports/check, of --mutants my_reports/mutants)",
     )  # fmt: skip
     add_checked(parser)
 
@@ -51,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(options: argparse.Namespace) -> ExitCode:
     """Run the tiers, say each finding as it comes, and write them for others to read."""
     request = checking.read_options(options)
-    folder = options.out or Path("reports/mutants" if options.mutants else "reports/check")
+    folder = options.out or Path("my_reports/mutants" if options.mutants else "my_reports/check")
     for written in (folder, Path(options.store)):
         files.require_writable(written)
     if options.mutants:

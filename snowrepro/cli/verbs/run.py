@@ -9,7 +9,7 @@ from ...store import run as store_run
 from ...summary import row
 from ...sweep import plan as sweep_plan
 from .. import candidates, plans, reporting, screen, single, sweeping
-from ..arguments import EXITS, add_multirun, complete_by
+from ..arguments import EXITS, add_multirun, add_no_report, complete_by
 
 HELP = f"""\
 A run or sweep that was stopped in whatever way goes on where it was; what is done is not done again.  Several
@@ -37,6 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "overrides", nargs="*", help="Hydra overrides; 'snowrepro config' shows what there is"
     )
     complete_by(overrides, candidates.list_overrides)
+    add_no_report(parser)
 
 
 def execute(options: argparse.Namespace) -> ExitCode:
@@ -51,20 +52,24 @@ def execute(options: argparse.Namespace) -> ExitCode:
         sweeping.run_missing(plan, is_whole=False)
         return sweeping.require_results(plan)
     if not kinds.needs_runs(plan.runs):
-        return _report(plan)
+        return _report(plan, not options.no_report)
     if plan.is_sweep:
         sweeping.run_missing(plan)
         sweeping.write_table(plan)
-        return _report(plan)
+        return _report(plan, not options.no_report)
     files.require_writable(plan.runs[0].store)
     single.run_and_print(plan.runs[0])
     return ExitCode.FINE
 
 
-def _report(plan: "sweep_plan.Plan") -> ExitCode:
-    """Write the experiment's report, or list the runs of a plain sweep.  Raises RunsFailed if any is missing."""
+def _report(plan: "sweep_plan.Plan", is_drawn: bool) -> ExitCode:
+    """Write the experiment's report if ``is_drawn``, or list the runs of a plain sweep.
+
+    Raises RunsFailed if one has no result.
+    """
     if plan.experiment:
-        reporting.print_report(plan.overrides, plan.runs[0].config.execution.store)
+        if is_drawn:
+            reporting.print_report(plan.overrides, plan.runs[0].config.execution.store)
     else:
         for run in plan.runs:
             if run.is_done():

@@ -101,7 +101,8 @@ def write_page(
     sections = [
         content.make_section(folder) if isinstance(content, ExperimentReport) else content for content in contents
     ]
-    first, others = make_lead(evidences, sections)
+    not_run = [content.title for content in contents if isinstance(content, Section)]
+    first, others = make_lead(evidences, sections, not_run)
     viewer = next(
         (content.viewer for content in contents if isinstance(content, ExperimentReport) and content.viewer), None
     )
