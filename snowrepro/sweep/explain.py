@@ -8,11 +8,10 @@ from ..composition.compose import config_from
 from ..errors import ConfigError, StoreError
 from ..foreign import Unreadable, is_own_folder, is_plain_name, list_own, read_tail, refuse_links
 from ..store import lease, manifest, states
-from ..store.run import LOG, WORK, Run, read_config
+from ..store.run import LOG, WORK, Run, find_id, read_config
 from . import record
 
 LOG_LINES = 15
-MOST_NAMED = 10
 
 
 def explain(name: str, store: str | Path) -> list[str]:
@@ -60,13 +59,10 @@ def _read_log(folder: Path, store: Path) -> list[str]:
 
 def id_of_run(name: str, store: str | Path) -> str:
     """The id of the one run of a store whose id is, begins with or ends in ``name``.  Raises ConfigError."""
-    known = sorted(run_id for run_id in _known(Path(store)) if run_id.startswith(name) or run_id.endswith(name))
-    if name in known:
-        known = [name]
-    if len(known) != 1:
-        several = f"{len(known)} runs are: {', '.join(known[:MOST_NAMED])}" if known else "no run is"
-        raise ConfigError(f"'{name}' should name one run of the store '{store}'; {several}")
-    return known[0]
+    run_id = find_id(name, _known(Path(store)), store)
+    if run_id is None:
+        raise ConfigError(f"'{name}' should name one run of the store '{store}'; no run is")
+    return run_id
 
 
 def run_named(name: str, store: str | Path) -> Run:

@@ -7,7 +7,7 @@ from ...report.figures import kinds
 from ...report.sections import claims
 from ...sweep import plan as sweep_plan
 from .. import candidates, reporting, screen, sweeping
-from ..arguments import EXITS, complete_by
+from ..arguments import EXITS, add_folders, complete_by
 
 DEFAULT_SEEDS = 3
 HELP = f"""\
@@ -29,6 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "overrides", nargs="*", help=f"experiment=..., seeds=N (default: {DEFAULT_SEEDS}) and other overrides"
     )
     complete_by(overrides, candidates.list_overrides)
+    add_folders(parser, writes_reports=True)
 
 
 def execute(options: argparse.Namespace) -> ExitCode:

@@ -6,7 +6,7 @@ from pathlib import Path
 from ...errors import ExitCode
 from ...sweep import batch, todo
 from .. import candidates, costs, plans, screen, sweeping
-from ..arguments import SWEEP, add_multirun, add_verify, complete_by
+from ..arguments import SWEEP, add_folders, add_multirun, add_verify, complete_by
 
 HELP = """\
 Says without running anything what 'snowrepro run' with the same words would run, why, and how long it would take.
@@ -29,6 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     overrides = parser.add_argument("overrides", nargs="*", help=SWEEP)
     complete_by(overrides, candidates.any_of(candidates.list_sweeps, candidates.list_overrides))
+    add_folders(parser)
 
 
 def execute(options: argparse.Namespace) -> ExitCode:

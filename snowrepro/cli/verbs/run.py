@@ -9,7 +9,7 @@ from ...store import run as store_run
 from ...summary import row
 from ...sweep import plan as sweep_plan
 from .. import candidates, plans, reporting, screen, single, sweeping
-from ..arguments import EXITS, add_multirun, complete_by
+from ..arguments import EXITS, add_folders, add_multirun, complete_by
 
 HELP = f"""\
 A run or sweep that was stopped in whatever way goes on where it was; what is done is not done again.  Several
@@ -37,6 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "overrides", nargs="*", help="Hydra overrides; 'snowrepro config' shows what there is"
     )
     complete_by(overrides, candidates.list_overrides)
+    add_folders(parser, writes_reports=True)
 
 
 def execute(options: argparse.Namespace) -> ExitCode:
