@@ -162,6 +162,13 @@ def collect_sweep(plan: Plan) -> CollectedSweep:
     )
 
 
+def find_varied_columns(plan: Plan) -> dict[str, list]:
+    """Find the coordinates of a sweep's table that vary, each with its value in every run."""
+    further = {_name_dimension(key): values for key, values in _find_varied_keys(plan).items()}
+    columns = {**_read_coordinates(plan.runs), **further}
+    return {name: values for name, values in columns.items() if len(set(values)) > 1}
+
+
 def make_grid(sweep: CollectedSweep) -> xr.Dataset:
     """Put a sweep on the grid of its coordinates: see ``open_sweep``.
 

@@ -63,13 +63,17 @@ def execute(options: argparse.Namespace) -> ExitCode:
 
 
 def _report(plan: "sweep_plan.Plan") -> ExitCode:
-    """Write the experiment's report, or list the runs of a plain sweep.  Raises RunsFailed if any is missing."""
+    """Write the experiment's report, or list the runs of a plain sweep, and say what can be done with it next.
+
+    Raises RunsFailed if any run is missing.
+    """
     if plan.experiment:
         reporting.print_report(plan.overrides, plan.runs[0].config.execution.store)
     else:
         for run in plan.runs:
             if run.is_done():
                 _print_line(run)
+        screen.show(*sweeping.describe_sweep(plan))
     return sweeping.require_results(plan)
 
 
