@@ -108,7 +108,12 @@ def _made(written: dict) -> Iterator[str]:
     """What made a result, and what it took."""
     yield f"  took {written.get('wall_seconds', 0):.4g} s and at most {written.get('peak_memory_mb', '?')} MB"
     yield f"  made by commit {written.get('git_state')} on {written.get('machine')}"
-    yield f"  with {written.get('versions')}"
+    yield f"  with {written.get('versions')}{_computed_on(written)}"
+
+
+def _computed_on(written: dict) -> str:
+    """What the run was computed on; older manifests do not say."""
+    return f", computed on {written['device']}" if written.get("device") else ""
 
 
 def _known(store: Path) -> set[str]:

@@ -17,7 +17,7 @@ from ..composition.compose import CONF_DIR, quiet_about_schemas
 from ..composition.overrides import override_folder, prepare_overrides
 from ..composition.own_options import offer_own_options
 from ..errors import ConfigError, RunsFailed
-from ..run import do_job
+from ..run import do_job, warn_of_settings_left_out
 from .plan import Plan, Planned
 from .table import watching
 
@@ -31,6 +31,7 @@ def launch(plan: Plan, chosen: Sequence[Planned], memory_mb: float) -> None:
     What becomes of them the store says: what a launcher returns of jobs that failed is not trusted.  Raises
     ConfigError where its plug-in is not installed, RunsFailed where the launcher itself fails.
     """
+    warn_of_settings_left_out()  # here, as the processes of this machine no longer see them
     store = plan.runs[0].store.resolve()
     jobs = [_with_store(planned.overrides, store) for planned in chosen]
     hydra_private.forget_hydra()
