@@ -4,7 +4,7 @@ import shlex
 import time
 from collections.abc import Sequence
 
-from ..errors import ExitCode, RunsFailed, StoreError
+from ..errors import ConfigError, ExitCode, RunsFailed, StoreError
 from ..evidence.collect import CSV, find_varied_columns, write_results
 from ..report.figures.kinds import needs_runs
 from ..scene.build import build_scene, check_size
@@ -43,18 +43,27 @@ def _list_scenes(plan: Plan) -> list[Case]:
 
 
 def run_missing(plan: Plan, is_whole: bool = True) -> None:
-    """Run what is not done of a sweep, which the store then remembers if it ``is_whole``."""
+    """Run what is not done of a sweep, which the store then remembers if it ``is_whole``.
+
+    A sweep that is refused is not remembered, unless it was before.  Raises ConfigError, RunsFailed, StoreError.
+    """
     require_own_folders(plan.runs[0].store)
     require_writable(plan.runs[0].store)
     decided = todo.decide(plan)
     expected = estimate_todo(plan, decided)
     for line in describe_todo(plan, decided, expected):
         say(line)
+    is_new = is_whole and record.name_sweep(plan.overrides) not in record.list_sweeps(plan.runs[0].store)
     if is_whole:
         record.write_record(plan)
     if decided.to_run:
         started = time.monotonic()
-        launch(plan, [decision.planned for decision in decided.to_run], expected.memory_mb)
+        try:
+            launch(plan, [decision.planned for decision in decided.to_run], expected.memory_mb)
+        except ConfigError:
+            if is_new:
+                record.forget_record(plan)
+            raise
         say(_describe_cost(plan, len(decided.to_run), time.monotonic() - started))
 
 

@@ -99,6 +99,16 @@ def write_record(plan: Plan) -> Path:
     return folder
 
 
+def forget_record(plan: Plan) -> None:
+    """Forget a sweep of which nothing was run."""
+    store = plan.runs[0].store
+    folder = locate_sweep(name_sweep(plan.overrides), store)
+    foreign.refuse_links(folder / RECORD, store)
+    (folder / RECORD).unlink(missing_ok=True)
+    with suppress(OSError):  # it has other files
+        folder.rmdir()
+
+
 def list_cells(plan: Plan) -> dict[str, str]:
     """Each run's id by its overrides."""
     return {" ".join(planned.overrides): planned.run.id for planned in plan.planned}

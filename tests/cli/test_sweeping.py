@@ -1,11 +1,14 @@
-"""What a sweep of the user's own says at its end: its name, and commands that can be typed as they stand."""
+"""Sweeps on the command line: what one of the user's own says at its end, and what is remembered of one refused."""
 
 import shlex
 
 import pytest
 
+from snowrepro.cli import sweeping
 from snowrepro.cli.sweeping import describe_sweep
 from snowrepro.composition.overrides import override_folder
+from snowrepro.errors import ConfigError
+from snowrepro.sweep import record
 from snowrepro.sweep.plan import make_plan
 
 
@@ -41,3 +44,28 @@ def test_commands_hold_whatever_a_name_has(tmp_path):
     assert [shlex.split(line)[1:4] + shlex.split(line)[-1:] for line in lines[1:]] == [
         ["snowrepro", verb, name, store] for verb in ("report", "plot")
     ]
+
+
+def test_a_refused_sweep_is_not_remembered(tmp_path, monkeypatch):
+    """Unless it was before; what else is remembered stays."""
+
+    def refuse(*_):
+        raise ConfigError("this launcher is not installed")
+
+    monkeypatch.setattr(sweeping, "launch", refuse)
+    store = override_folder("store", str(tmp_path))
+    known, new = (make_plan([f"pressure={values}", store], multirun=True) for values in ("1,2", "3,4"))
+    record.write_record(known)
+    for plan in (known, new):
+        with pytest.raises(ConfigError, match="not installed"):
+            sweeping.run_missing(plan)
+    assert record.list_sweeps(tmp_path) == ["pressure=1,2"]
+    assert [path.name for path in (tmp_path / "sweeps").iterdir()] == ["pressure=1,2"]
+
+
+def test_no_script_is_written_for_what_cannot_be_run(snowrepro, tmp_path):
+    """The floor is wider than its domain: plan says so, writes nothing, and remembers nothing."""
+    done = snowrepro("plan", "-m", "pressure=500,600", "floor.width=10", "--sbatch", "job.sh")
+    assert done.returncode == 2
+    assert "error: floor 'L' lies outside its domain" in done.stderr
+    assert not list(tmp_path.glob("**/sweep.json")) and not (tmp_path / "job.sh").exists()

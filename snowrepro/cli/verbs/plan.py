@@ -44,6 +44,7 @@ def execute(options: argparse.Namespace) -> ExitCode:
             detail = f" ({decision.detail})" if decision.detail and decision.detail != decision.why else ""
             screen.show(f"{decision.action:4}  {decision.planned.run.id}: {decision.why}{detail}")
     if options.sbatch:
+        sweeping.build_scenes(plan)  # what is refused is not to be submitted, nor remembered
         batch.write_script(options.sbatch, plan, decided, options.tasks)
         screen.show(f"sbatch {options.sbatch}")
     return ExitCode.FINE

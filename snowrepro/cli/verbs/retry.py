@@ -45,5 +45,6 @@ def execute(options: argparse.Namespace) -> ExitCode:
     if plan is None:
         single.run_and_print(runs[0])
         return ExitCode.FINE
+    sweeping.build_scenes(plan)
     sweeping.run_missing(plan)
     return sweeping.require_results(plan)
