@@ -171,19 +171,15 @@ def require_sweep(word: str, store: str | Path, more: Sequence[str] = ()) -> str
 
 def _list_of_experiment(experiment: str, more: Sequence[str], names: Sequence[str], store: str | Path) -> list[str]:
     """The names of the remembered sweeps of an experiment, the newest first: see ``find_sweep``."""
-    records = []
+    records, wanted = [], [f"experiment={experiment}", *_list_named(more)]
     for name in names:
         if name.startswith(f"{experiment},"):
             with suppress(StoreError):  # it is said where the sweep is asked for by its whole name
                 records.append(read_record(name, store))
-    wanted, further = [f"experiment={experiment}"], _list_named(more)
-    fitting = [
-        record
-        for record in records
-        if wanted[0] in record.overrides
-        and (not further or _are_same(merge_overrides(record.overrides, further), [*wanted, *further]))
-    ]
-    return [record.name for record in sorted(fitting, key=_find_age, reverse=True)]
+    fitting = [each for each in records if wanted[0] in each.overrides]
+    if wanted[1:]:
+        fitting = [each for each in fitting if _are_same(each.overrides, wanted)]
+    return [each.name for each in sorted(fitting, key=_find_age, reverse=True)]
 
 
 def _find_age(record: Record) -> tuple[str, int]:

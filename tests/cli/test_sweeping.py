@@ -65,7 +65,7 @@ def test_a_refused_sweep_is_not_remembered(tmp_path, monkeypatch):
 
 def test_no_script_is_written_for_what_cannot_be_run(snowrepro, tmp_path):
     """The floor is wider than its domain: plan says so, writes nothing, and remembers nothing."""
-    done = snowrepro("plan", "-m", "pressure=500,600", "floor.width=10", "--sbatch", "job.sh")
+    done = snowrepro("plan", "-m", "pressure=500,600", "floor.width=12", "--sbatch", "job.sh")
     assert done.returncode == 2
     assert "error: floor 'L' lies outside its domain" in done.stderr
     assert not list(tmp_path.glob("**/sweep.json")) and not (tmp_path / "job.sh").exists()
