@@ -36,6 +36,9 @@ def one_message(error: Exception) -> str:
     said = next((text for each in list_causes(error) if (text := str(each).strip())), type(error).__name__)
     lines = [line.strip() for line in said.splitlines() if line.strip()]
     text = " ".join(lines)
+    evaluated = re.search(r"\w+ while evaluating '[^']*': (.+?) See https://", text)
+    if evaluated:  # a function such as range(...) was given what it does not take
+        return evaluated[1]
     choice = re.search(
         r"Could not find '([^/']+)/([^']*)' Available options in '[^']+': (.*?)( Config search path|$)", text
     )

@@ -33,6 +33,7 @@ from ..composition.hydra_private import (
     RangeSweep,
     as_text,
     jobs_of,
+    make_parser,
 )
 from ..errors import ConfigError
 from ..settings.base import Settings
@@ -136,7 +137,7 @@ def _plain_values(override: Override, values: Sequence[Any], texts: Sequence[str
 
 @cache
 def _parser() -> OverridesParser:
-    return OverridesParser.create()
+    return make_parser()
 
 
 def _is_number(value: Any) -> bool:

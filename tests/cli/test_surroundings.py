@@ -84,10 +84,10 @@ def test_taichis_own_settings_move_no_run(snowrepro, tmp_path):
 
 
 def test_a_sweep_with_a_long_path_for_temporary_files(snowrepro, tmp_path):
-    """Longer than a socket's path can be."""
+    """Longer than a socket's path can be; and a range that Hydra itself does not know, which it has to launch."""
     long = tmp_path / ("long" * 30)
     long.mkdir()
-    done = snowrepro("run", "-m", "seed=1,2", *SHORT, env={**os.environ, "TMPDIR": str(long)})
+    done = snowrepro("run", "-m", "seed=linspace(1,2,2)", *SHORT, env={**os.environ, "TMPDIR": str(long)})
     assert done.returncode == 0, done.stderr
     assert len(list(tmp_path.glob("runs/*/run.nc"))) == 2
     assert list(long.iterdir()) == []
