@@ -10,6 +10,7 @@ from hydra._internal.callbacks import Callbacks
 from hydra._internal.config_loader_impl import ConfigLoaderImpl
 from hydra._internal.config_repository import CachingConfigRepository
 from hydra._internal.core_plugins.basic_sweeper import BasicSweeper
+from hydra._internal.core_plugins.file_config_source import FileConfigSource
 from hydra._internal.hydra import Hydra
 from hydra.core.config_store import ConfigStore
 from hydra.core.default_element import ConfigDefault
@@ -23,9 +24,9 @@ from omegaconf import DictConfig, OmegaConf
 from .spacing import SPACINGS, Number
 
 __all__ = [
-    "CachingConfigRepository", "ConfigDefault", "ConfigLoaderImpl", "Override", "OverrideType", "OverridesParser",
-    "RangeSweep", "as_text", "context_of", "forget_hydra", "initialised_hydra", "jobs_of", "loader_of_options",
-    "make_parser", "offer_options", "option_repository", "result_of",
+    "CachingConfigRepository", "ConfigDefault", "ConfigLoaderImpl", "FileConfigSource", "Override", "OverrideType",
+    "OverridesParser", "RangeSweep", "as_text", "context_of", "forget_hydra", "initialised_hydra", "jobs_of",
+    "loader_of_options", "make_parser", "offer_options", "option_repository", "result_of",
 ]  # fmt: skip
 
 
