@@ -93,7 +93,10 @@ def test_two_processes_give_the_same_bits(tmp_path):
 
 
 def test_a_sweep_skips_what_is_done(snowrepro, tmp_path):
-    """-m runs what is not done of the product; the second call has nothing to do; each run has its own file."""
+    """-m runs what is not done of the product; the second call has nothing to do; each run has its own file.
+
+    At the end it says how the sweep is called, where its table is, and what can be done next.
+    """
     snowrepro("run", "pressure=500", *SMALL)
     (early,) = results(tmp_path)
     stamp = early.stat().st_mtime_ns
@@ -106,6 +109,11 @@ def test_a_sweep_skips_what_is_done(snowrepro, tmp_path):
     assert first.stderr.count(": done in") == 3
     assert re.search(r"wall time \d+:\d\d for 3 runs; 0\.\d{3} core-hours in all", first.stderr)
     assert first.stdout.count("mass in lumps") == 4
+    (name,) = re.findall(r"^sweep: (\S+)$", first.stdout, re.MULTILINE)
+    assert f"\ntable: runs/sweeps/{name}/results.csv\n" in first.stdout
+    assert (tmp_path / "runs" / "sweeps" / name / "results.csv").is_file()
+    assert f"\nnext:  snowrepro report {name}\n" in first.stdout
+    assert first.stdout.endswith(f"snowrepro plot {name} x=pressure y=lump_fraction colour=sintering\n")
     stamps = [path.stat().st_mtime_ns for path in results(tmp_path)]
     second = snowrepro(*sweep)
     assert "4 runs, 4 of them done" in second.stderr

@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from ... import text
 from ...checks import check, finding, mutants, outputs
 from ...errors import ExitCode
 from ...store import files, provenance
@@ -56,13 +57,14 @@ def execute(options: argparse.Namespace) -> ExitCode:
         files.require_writable(written)
     if options.mutants:
         return _try_mutants(options, folder)
-    findings = []
+    findings: list[finding.Finding] = []
     for new in check.run_checks(request):
         findings.append(new)
         outputs.write_findings(findings, _describe_check(options), folder, finished=False)
-        screen.say(outputs.format_finding(new))
+        for line in outputs.format_next(new, findings[:-1]):
+            print(text.make_printable(line), flush=True)
     outputs.write_findings(findings, _describe_check(options), folder)
-    print("\n".join([*outputs.format_findings(findings), "", outputs.summarise_findings(findings)]))
+    print("", outputs.summarise_findings(findings), sep="\n")
     screen.say(f"written: {', '.join(str(folder / name) for name in outputs.FILES)}")
     return finding.choose_exit_code(findings)
 

@@ -9,7 +9,7 @@ from ...report.page.folder import find_report_folder
 from ...report.sections import claims
 from ...sweep import plan as sweep_plan
 from .. import candidates, reporting, screen, sweeping
-from ..arguments import EXITS, add_no_report, complete_by
+from ..arguments import EXITS, add_folders, add_no_report, complete_by
 
 DEFAULT_SEEDS = 3
 HELP = f"""\
@@ -32,6 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     complete_by(overrides, candidates.list_overrides)
     add_no_report(parser)
+    add_folders(parser, writes_reports=True)
 
 
 def execute(options: argparse.Namespace) -> ExitCode:

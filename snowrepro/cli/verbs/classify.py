@@ -40,7 +40,7 @@ NAMES = ("position", "velocity", "mass", "time", "time_dimension", "particle_dim
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Whose particles, by which settings, and where the fragments go."""
-    data = parser.add_argument("data", help="id of a run in the store, or a NetCDF file")
+    data = parser.add_argument("data", help="id of a run in the store (or its beginning or end), or a NetCDF file")
     complete_by(data, candidates.any_of(candidates.list_runs, otherwise=candidates.list_files))
     overrides = parser.add_argument(
         "overrides", nargs="*", metavar="setting=value", help="of the analysis: conf/analysis"

@@ -10,7 +10,7 @@ from ...report.page import compare
 from ...sweep import plan as sweep_plan
 from ...sweep import record
 from .. import candidates, plans, reporting, screen
-from ..arguments import EXITS, complete_by
+from ..arguments import EXITS, add_folders, complete_by
 
 PAPER = "paper"
 HELP = f"""\
@@ -43,6 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         words,
         candidates.any_of(candidates.list_sweeps, candidates.list_experiments, candidates.list_overrides),
     )
+    add_folders(parser, writes_reports=True)
 
 
 def execute(options: argparse.Namespace) -> ExitCode:

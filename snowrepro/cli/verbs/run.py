@@ -9,7 +9,7 @@ from ...store import run as store_run
 from ...summary import row
 from ...sweep import plan as sweep_plan
 from .. import candidates, plans, reporting, screen, single, sweeping
-from ..arguments import EXITS, add_multirun, add_no_report, complete_by
+from ..arguments import EXITS, add_folders, add_multirun, add_no_report, complete_by
 
 HELP = f"""\
 A run or sweep that was stopped in whatever way goes on where it was; what is done is not done again.  Several
@@ -38,6 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     complete_by(overrides, candidates.list_overrides)
     add_no_report(parser)
+    add_folders(parser, writes_reports=True)
 
 
 def execute(options: argparse.Namespace) -> ExitCode:
@@ -63,9 +64,9 @@ def execute(options: argparse.Namespace) -> ExitCode:
 
 
 def _report(plan: "sweep_plan.Plan", is_drawn: bool) -> ExitCode:
-    """Write the experiment's report if ``is_drawn``, or list the runs of a plain sweep.
+    """Write the experiment's report if ``is_drawn``, or list the runs of a plain sweep and what can be done next.
 
-    Raises RunsFailed if one has no result.
+    Raises RunsFailed if any run is missing.
     """
     if plan.experiment:
         if is_drawn:
@@ -74,6 +75,7 @@ def _report(plan: "sweep_plan.Plan", is_drawn: bool) -> ExitCode:
         for run in plan.runs:
             if run.is_done():
                 _print_line(run)
+        screen.show(*sweeping.describe_sweep(plan))
     return sweeping.require_results(plan)
 
 
