@@ -172,15 +172,17 @@ def judge_scenes(claims: Claims, scenes: Sequence[JudgedScene]) -> list[Verdict]
     return [_judge_claim_over_scenes(claim, claims.alpha, others) for claim in claims.list if claim.test == "scenes"]
 
 
-def write_sentence(table: pd.DataFrame, verdicts: Sequence[Verdict]) -> str:
-    """Write the mass in lumps and the verdicts of one scene as a sentence."""
+def write_sentence(table: pd.DataFrame, verdicts: Sequence[Verdict], unit: str = "") -> str:
+    """Write the mass in lumps and the verdicts of one scene as a sentence.  ``unit``: of pressures."""
     parts = []
     for arm, preposition in zip(ARMS, ("with", "without"), strict=True):
         means = select_arm(table, arm, "lump_fraction").mean()
         if len(means):
             lumps = ", ".join(f"{value:.2f}" for value in means)
             pressures = ", ".join(f"{pressure:g}" for pressure in means.index)
-            parts.append(f"{preposition} sintering the mass in lumps is {lumps} at pressures {pressures}")
+            parts.append(
+                f"{preposition} sintering the mass in lumps is {lumps} at pressures {pressures} {unit}".rstrip()
+            )
     groups: dict[str, list[str]] = {}
     for verdict in sorted(verdicts, key=lambda v: list(CALIBRATION_NOTES).index(v.word)):
         groups.setdefault(_describe_verdict(verdict), []).append(verdict.claim)

@@ -270,7 +270,7 @@ def test_damage_follows_the_threshold_and_legends_have_units(opened, shown):
     put(opened, "strain", 80)
     assert rgb(shades[0]) in colours_in(opened, "left")
     assert rgb(POWDER) not in colours_in(opened, "left")
-    for colour, unit in (("density", "kg cell-3"), ("J_P", "J_P"), ("damage", "part of")):
+    for colour, unit in (("density", "kg cell⁻³"), ("J_P", "J_P"), ("damage", "part of")):
         opened.select_option("#viewer-colour", colour)
         legend = opened.inner_text("#viewer-legend")
         assert unit in legend and len(re.findall(r"\d", legend)) >= 3

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from ...evidence.claims import list_calibrated_claims
 from ...evidence.gather import Evidence
 from ...evidence.variants import Comparison, Variant, compare_variants
+from ...quantities import add_unit
 from ...settings.question import Claims
 from ...text import make_cells
 from ..document import NO_RESULT, Block, FigureContent, Picture, Table, escape, join_names
@@ -126,15 +127,16 @@ def draw_variants(comparison: Comparison, evidence: Evidence) -> None:
     for colour, (pressure, band) in zip(COLOURS, comparison.spread.iterrows(), strict=False):
         ax.axvspan(band["least"], band["most"], color=colour, alpha=0.18, lw=0)
         values = [variant.lumps[pressure] for variant in variants]
-        ax.plot(values, rows, "o", color=colour, label=f"pressure {pressure:g}, sintered", zorder=3)
+        ax.plot(values, rows, "o", color=colour, label=f"{pressure:g}, sintered", zorder=3)
     ax.plot(
         [variant.unsintered_lumps for variant in variants], rows, "x", color=UNSINTERED, label="not sintered, the most"
     )
     ax.axvline(0.5, color="0.4", lw=0.8, ls=":")
-    ax.set(xlim=(-0.03, 1.03), ylim=(len(variants) - 0.5, -0.5), xlabel="mass in lumps [1]")
+    ax.set(xlim=(-0.03, 1.03), ylim=(len(variants) - 0.5, -0.5), xlabel="mass in lumps")
     ax.set_yticks(rows, [variant.name.replace(", ", "\n") for variant in variants], fontsize=8)
     ax.grid(axis="y", color="0.92", lw=0.6)
-    figure.legend(loc="outside upper center", ncols=4, frameon=False, fontsize=8)
+    title = add_unit("pressure", evidence.pressure_unit)
+    figure.legend(loc="outside upper center", ncols=4, frameon=False, fontsize=8, title=title, title_fontsize=8)
     save_figure(figure, evidence.folder / "convergence.png")
 
 

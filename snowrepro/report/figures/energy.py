@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from ...evidence.gather import Evidence, sort_as_in_paper
 from ...mpm.ledger import CAUSES, WORKS
+from ...quantities import add_unit, format_unit
 from ...store.run import Run
 from ...text import make_cells
 from ..document import NO_RESULT, FigureContent, Picture, Table
@@ -51,19 +52,22 @@ def report(evidence: Evidence) -> FigureContent:
     worst = {stage: part["unclosed"].max() for stage, part in table.groupby("stage")}
     verdict = (
         f"Without a cause are at most {worst['pressed']:.1%} of the energy that is turned over while the snow is "
-        f"pressed, and {worst['falling']:.1%} from the release on.{_describe_sintering(table)}"
+        f"pressed, and {worst['falling']:.1%} from the release on.{_describe_sintering(table, evidence.pressure_unit)}"
     )
     momentum = max(_find_unclosed_momentum(ledger) for ledger in ledgers)
-    return FigureContent([PICTURE, TURNED_OVER, _format_shares(table), _explain_ledger(momentum)], verdict)
+    return FigureContent(
+        [PICTURE, TURNED_OVER, _format_shares(table, evidence.pressure_unit), _explain_ledger(momentum)], verdict
+    )
 
 
-def _format_shares(table: pd.DataFrame) -> Table:
+def _format_shares(table: pd.DataFrame, unit: str) -> Table:
     """Format the table of the ledgers with shares in percent; without damping if there was none."""
     shares = table.copy()
     for name in ("unclosed", "unclosed_net", *WORKS):
         shares[name] = shares[name].map("{:+.1%}".format)
     shares = shares.drop(columns=["damping_work"]) if (table["damping_work"] == 0).all() else shares
-    return Table(shares.rename(columns={**LABELS, "unclosed_net": "unclosed, net", "turned_over": "turned over"}))
+    heads = {"pressure": add_unit("pressure", unit), "unclosed_net": "unclosed, net", "turned_over": "turned over"}
+    return Table(shares.rename(columns={**LABELS, **heads}))
 
 
 def _explain_ledger(momentum: float) -> str:
@@ -78,7 +82,7 @@ def _explain_ledger(momentum: float) -> str:
     )
 
 
-def _describe_sintering(table: pd.DataFrame) -> str:
+def _describe_sintering(table: pd.DataFrame, unit: str) -> str:
     """Say how much energy sintering adds compared with pressing, in the run where it is most; empty if none."""
     pressed = table[(table["stage"] == "pressed") & (table["pressing_work"] > 0)]
     ratio = pressed["sintering_work"] / pressed["pressing_work"]
@@ -86,8 +90,8 @@ def _describe_sintering(table: pd.DataFrame) -> str:
         return ""
     most = table.loc[ratio.idxmax()]
     return (
-        f" At pressure {most['pressure']} sintering, by making strained snow stiffer, puts in {ratio.max():.1f} times "
-        "the energy that the pressing force does."
+        f" At pressure {most['pressure']} {unit} sintering, by making strained snow stiffer, puts in "
+        f"{ratio.max():.1f} times the energy that the pressing force does."
     )
 
 
@@ -142,11 +146,11 @@ def draw_ledgers(runs: Sequence[Run], ledgers: Sequence[xr.Dataset], evidence: E
         for ax, (stage, (first, last)) in zip(row, _list_stages(run).items(), strict=True):
             _draw_panel(ax, ledger, first, last)
             sintered = "with sintering" if run.case.sintering.enabled else "without sintering"
-            ax.set_title(f"pressure {run.case.pressure:g}, {sintered}: {stage}", fontsize=9)
+            ax.set_title(f"{run.case.pressure:g} {evidence.pressure_unit}, {sintered}: {stage}", fontsize=9)
     for ax in axes[-1]:
         ax.set_xlabel("frame", fontsize=9)
-    unit = ledgers[0]["kinetic_energy"].attrs["units"]
-    figure.supylabel(f"energy [{unit}]", fontsize=9)
+    unit = format_unit(ledgers[0]["kinetic_energy"].attrs["units"])
+    figure.supylabel(add_unit("energy", unit), fontsize=9)
     handles: dict[str, Artist] = {}
     for ax in axes.flat:
         for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):

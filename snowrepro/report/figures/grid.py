@@ -43,7 +43,7 @@ def report(evidence: Evidence) -> FigureContent:
         *_draw_sheets(evidence),
         *claims_section.make_blocks(evidence),
         Heading("Scenes"),
-        Table(rows.map(escape), "Mass in lumps by arm and pressure.", "scenes.csv"),
+        Table(rows.map(escape), f"Mass in lumps by arm and pressure [{evidence.pressure_unit}].", "scenes.csv"),
     ]
     return FigureContent(blocks, _summarise(over_scenes))
 
@@ -109,8 +109,8 @@ def _draw_sheets(evidence: Evidence) -> list[Picture]:
             picture = Picture(
                 name,
                 f"Last frame of every {arm} scene at pressure {pressure:g}: a row a shape, a column a floor.",
-                f"Last frame, {arm}, pressure {pressure:g}, seed {evidence.seeds[0]}: lumps in colours, powder in "
-                "grey.",
+                f"Last frame, {arm}, pressure {pressure:g} {evidence.pressure_unit}, seed {evidence.seeds[0]}: "
+                "lumps in colours, powder in grey.",
                 data="summary.csv",
             )
             pictures.append(picture)
@@ -172,13 +172,14 @@ def draw_heatmap(evidence: Evidence) -> Picture:
         ax.set_title(title, fontsize=9)
     for ax in axes.flat[len(panels) :]:
         ax.set_axis_off()
-    figure.colorbar(image, ax=axes, label="mass in lumps [1]", shrink=0.8)
+    figure.colorbar(image, ax=axes, label="mass in lumps", shrink=0.8)
     save_figure(figure, evidence.folder / "heatmap.png")
     return Picture(
         "heatmap.png",
         f"Heat map of the mass in lumps of {len(evidence.scenes)} scenes: a row a shape, a column a floor, a panel a "
         "pressure with sintering, and one without.",
-        "Mass in lumps by scene, mean over seeds. With sintering the cells should go from below to above one half; "
+        f"Mass in lumps by scene, mean over seeds; pressures in {evidence.pressure_unit}. With sintering the "
+        "cells should go from below to above one half; "
         "without they should stay below. A dash: a run is missing.",
         data="scenes.csv",
     )

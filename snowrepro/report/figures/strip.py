@@ -28,6 +28,7 @@ from ..sections import claims as claims_section
 from .kinds import FigureKind
 
 PANEL = 2.3  # width of a panel [inches]
+NAMED = "pressure "  # before the number of a row, in the file alone
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,10 @@ def report(evidence: Evidence) -> FigureContent:
         *specification.make_blocks(evidence),
     ]
     return FigureContent(
-        blocks, " ".join(claims.write_sentence(scene.table, scene.verdicts) for scene in evidence.scenes)
+        blocks,
+        " ".join(
+            claims.write_sentence(scene.table, scene.verdicts, evidence.pressure_unit) for scene in evidence.scenes
+        ),
     )
 
 
@@ -125,7 +129,7 @@ def draw_strip(rows: Sequence[Row], frames: Sequence[int], run: Run, path: Path,
                 continue
             colour = row.colours.get(frame, SNOW) if by_fragment else SNOW
             draw_snow(ax, run, row.places[frame], PANEL * 72 / width, colour)
-        axes[0].set_ylabel(row.label, rotation=0, ha="right", va="center", fontsize=9, labelpad=8)
+        axes[0].set_ylabel(row.label.removeprefix(NAMED), rotation=0, ha="right", va="center", fontsize=9, labelpad=8)
     for frame, ax in zip(frames, grid[0], strict=True):
         ax.set_title(format_column_title(frame, run), fontsize=9)
     save_figure(figure, path)
@@ -134,7 +138,7 @@ def draw_strip(rows: Sequence[Row], frames: Sequence[int], run: Run, path: Path,
 def _make_row(run: Run, evidence: Evidence) -> Row:
     """Read the row of a run."""
     arm = "sintering" if run.case.sintering.enabled else "no sintering"
-    label = f"pressure {run.case.pressure:g}\n{arm}"
+    label = f"{NAMED}{run.case.pressure:g}\n{arm}"
     if not evidence.is_done(run):
         return Row(label, {}, {}, {})
     frames = evidence.experiment.frames

@@ -4,6 +4,8 @@ from collections.abc import Sequence
 
 from ...evidence.claims import NOT_RUN, Count, JudgedScene, Verdict, format_interval
 from ...evidence.gather import Evidence
+from ...quantities import DENSITY, PRESSURE, format_powers
+from ...settings.case import Case
 from ...settings.question import Claim
 from ...store import states
 from ..document import Block, Heading, Picture, Section, escape, format_code, format_list
@@ -46,7 +48,20 @@ def describe_runs(evidences: Sequence[Evidence]) -> str:
     first = next(iter(runs.values()))
     return (
         f"{done} of {len(runs)} runs are done{missing}. Reading {format_code(first.case.reading.name)}, fidelity "
-        f"{format_code(first.case.fidelity.name)}."
+        f"{format_code(first.case.fidelity.name)}. {_explain_units(first.case)}"
+    )
+
+
+def _explain_units(case: Case) -> str:
+    """Explain what the numbers of pressures and densities mean, in a case's reading."""
+    length = case.reading.length_unit
+    pressure, density = (format_powers(powers, [length]) for powers in (PRESSURE, DENSITY))
+    grid = (
+        "cells of the paper's grid" if length == "cell" else f"{length}; a cell of the grid is {case.reading.cell:g} m"
+    )
+    return (
+        f"The snow is two-dimensional. Lengths are in {grid}. So pressures are in {pressure}, like the initial Young's "
+        f"modulus of {case.material.E:,.0f}, and densities in {density}, {case.material.rho:g} at the start."
     )
 
 

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from ...evidence.calibration import HALF, Crossing, fit_rising_curve
 from ...evidence.claims import ARMS, JudgedScene, select_arm
+from ...quantities import add_unit
 from ..drawing.common import SINTERED, UNSINTERED, save_figure
 
 COLOURS = dict(zip(ARMS, (SINTERED, UNSINTERED), strict=True))
@@ -18,11 +19,16 @@ SEEDS = "seeds show numerical repeatability, not physical replication"
 
 
 def draw_response(
-    scenes: Sequence[JudgedScene], halves: dict[str, Crossing], path: Path, half_pressures: dict[str, str] | None = None
+    scenes: Sequence[JudgedScene],
+    halves: dict[str, Crossing],
+    path: Path,
+    unit: str,
+    half_pressures: dict[str, str] | None = None,
 ) -> None:
     """Draw a panel for each scene: a row for each shape, a column for each floor.
 
-    ``halves``: P50 by scene, to be marked; ``half_pressures``: the same in words, shown if there is only one scene.
+    ``halves``: P50 by scene, to be marked; ``unit``: of pressures; ``half_pressures``: P50 in
+    words, shown if there is only one scene.
     Of several scenes, each panel names the claims that its means disagree with.
     """
     shapes, floors = (list(dict.fromkeys(getattr(scene, part) for scene in scenes)) for part in ("shape", "floor"))
@@ -47,8 +53,8 @@ def draw_response(
             ax.set_xticks(pressures, [f"{pressure:g}" for pressure in pressures])
             ax.minorticks_off()
         ax.tick_params(labelsize=9 if is_alone else 7)
-    figure.supxlabel(f"nominal pressure [unit of E]\n{SEEDS}", fontsize=9)
-    figure.supylabel("mass in lumps [1]", fontsize=9)
+    figure.supxlabel(f"{add_unit('nominal pressure', unit)}\n{SEEDS}", fontsize=9)
+    figure.supylabel("mass in lumps", fontsize=9)
     _add_legend(figure)
     save_figure(figure, path)
 

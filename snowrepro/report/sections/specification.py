@@ -12,6 +12,7 @@ from ...evidence import claims
 from ...evidence.calibration import HALF
 from ...evidence.gather import Evidence
 from ...evidence.sensitivity import CHOICES, measure_lump_curve, scan_definitions
+from ...quantities import add_unit
 from ...settings.question import Claim
 from ...store.run import Run
 from ...text import make_cells
@@ -224,7 +225,7 @@ def draw_specifications(
     if usual >= 0:
         top.plot([rank], [effect[usual]], "D", color=USUAL, ms=6)
         below.axvline(rank, color=USUAL, lw=0.8)
-    top.set_ylabel("lumps, highest less\nlowest pressure [1]", fontsize=9)
+    top.set_ylabel("lumps, highest less\nlowest pressure", fontsize=9)
     top.set_title(f"all claims hold under {holds_all.sum()} of {len(holds_all)} definitions", fontsize=10, loc="left")
     _draw_choices(below, choices, levels, holds_all)
     below.set_xlabel("definitions, by rising effect", fontsize=9)
@@ -267,12 +268,13 @@ def draw_strains(runs: Sequence[Run], evidence: Evidence) -> None:
         ax.step(strain, lumps, style, where="post", color=colours[run.case.pressure], lw=1.2, label=label)
     ax.axvline(runs[0].config.question.analysis.break_strain, color=USUAL, lw=0.8)
     ax.axhline(0.5, color="0.6", lw=0.8, ls=":")
-    ax.set(xlim=(0, STRAINS_TO), ylim=(-0.02, 1.02), xlabel="break strain [1]", ylabel="mass in lumps [1]")
+    ax.set(xlim=(0, STRAINS_TO), ylim=(-0.02, 1.02), xlabel="break strain", ylabel="mass in lumps")
     handles, labels = ax.get_legend_handles_labels()
     handle_of = dict(zip(labels, handles, strict=True))
     figure.legend(
-        handle_of.values(), handle_of.keys(), loc="outside right center", frameon=False, fontsize=8, title="pressure"
-    )
+        handle_of.values(), handle_of.keys(), loc="outside right center", frameon=False, fontsize=8,
+        title=add_unit("pressure", evidence.pressure_unit).replace(" [", "\n["), title_fontsize=8,
+    )  # fmt: skip
     save_figure(figure, evidence.folder / "strains.png")
     table = pd.DataFrame(curves, index=pd.Index(steps, name="break_strain"))
     make_cells(table).to_csv(evidence.folder / "strains.csv", float_format="%.4g", lineterminator="\n")
