@@ -51,7 +51,11 @@ class RankCorrelation:
         return self.rho > 0 and self.p <= LEVEL
 
     def __str__(self) -> str:
-        return f"{self.rho:+.2f} (p = {self.p:.1g}, {self.count} snows)" if np.isfinite(self.rho) else "none"
+        return (
+            f"{self.rho:+.2f} (p = {self.p:.1g}, {self.count} snows)"
+            if np.isfinite(self.rho)
+            else f"not known ({self.count} snows)"
+        )
 
 
 def pair_falls_with_tests(table: pd.DataFrame) -> pd.DataFrame:

@@ -62,7 +62,7 @@ def test_every_switch_is_tried_otherwise_by_the_experiment(tmp_path):
     keys = {key for entry in register.read_entries() for key in entry.keys}
     assert all(keys & names for names in changed)
     sentence, table = register.make_blocks(comparison, plan.runs[0])
-    assert "0 were also made otherwise" in sentence
+    assert sentence.startswith("**Not tried here**") and "moves a claim" not in sentence
     assert (table.frame["what they do to Figure 5"] == "-").all()
 
 
@@ -112,6 +112,14 @@ def test_a_base_that_lacks_a_claim_can_gain_it():
     base = variant({}, (0.6, 0.7, 0.8))
     better = variant({"reading.friction": 0.3}, (0.2, 0.7, 0.8))
     assert register.describe_effect(better, Comparison([base, better])).startswith("**gains C2**")
+
+
+def test_without_the_figure_itself_other_choices_say_nothing():
+    """Neither that lumps are as among the seeds, nor that no claim is moved."""
+    tried = variant({"reading.friction": 0.3}, (0.2, 0.5, 0.8))
+    comparison = Comparison([variant({}, others=("pending",) * 6), tried])
+    assert register.describe_effect(tried, comparison).endswith("nothing to compare with")
+    assert register.make_blocks(comparison, BASE)[0].startswith("**Not tried here**")
 
 
 def test_texts_fit_into_a_table():

@@ -88,8 +88,12 @@ def _summarise(comparison: Comparison) -> str:
     """Say which changes move a claim, and which only numbers; those that move most come first."""
     claims_of_seeds = [variant.agreed_claims for variant in comparison.variants if variant.is_seed]
     base_claims = comparison.base.agreed_claims
-    same = claims_of_seeds.count(base_claims)
-    parts = [f"Of {len(claims_of_seeds)} seeds {same} give the claims of the base ({' '.join(base_claims)})"]
+    if comparison.base.table.empty:
+        return "The base, Figure 5 itself, has no result: nothing says what the changes do."
+    same, held = claims_of_seeds.count(base_claims), " ".join(base_claims) or "none"
+    parts = [f"Of {len(claims_of_seeds)} seeds {same} give the claims of the base ({held})"]
+    if len(claims_of_seeds) == 1:
+        parts = [f"The base agrees with these claims: {held}; it has one seed, so what chance does is not known"]
     changes = [
         _describe_change(variant, comparison)
         for variant in sorted(comparison.changed_variants, key=comparison.measure_farthest_move, reverse=True)

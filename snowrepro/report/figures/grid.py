@@ -64,9 +64,11 @@ def _describe_counts(claims: Claims, verdict: Verdict) -> list[Block]:
         [
             count.claim,
             escape(statements[count.claim]),
-            f"{count.holds} of {count.scenes}",
-            f"{count.p:.2g}",
-            _format_names(count.against),
+            *(
+                [f"{count.holds} of {count.scenes}", f"{count.p:.2g}", _format_names(count.against)]
+                if count.scenes
+                else ["not run", "-", "-"]
+            ),
         ]
         for count in verdict.counts
     ]
@@ -90,9 +92,16 @@ def _tabulate_scenes(scenes: Sequence[JudgedScene]) -> pd.DataFrame:
             for pressure, part in of_arm.groupby("pressure") if len(of_arm) else ():
                 row[f"{arm}, {pressure:g}"] = f"{part['lump_fraction'].mean():.2f}"
         row["unsettled"] = int((~scene.table["settled"]).sum()) if len(scene.table) else 0
-        row["disagrees with"] = list_disagreements(scene) or "-"
+        row["disagrees with"] = _describe_disagreements(scene)
         rows.append(row)
     return pd.DataFrame(rows).fillna("missing")
+
+
+def _describe_disagreements(scene: JudgedScene) -> str:
+    """Say with which claims a scene's numbers disagree, and which were not judged."""
+    unjudged = " ".join(verdict.claim for verdict in scene.verdicts if verdict.agrees is None)
+    against = list_disagreements(scene)
+    return "; ".join(filter(None, (against, unjudged and f"not judged: {unjudged}"))) or "none"
 
 
 def _draw_sheets(evidence: Evidence) -> list[Picture]:

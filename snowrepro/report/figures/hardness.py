@@ -104,6 +104,8 @@ def _list_heads(unit: str) -> dict[str, str]:
 
 def _describe_equal_hardness(pairs: pd.DataFrame) -> str:
     """Describe the lumps of unsintered snow beside those of sintered snow of the same hardness."""
+    if any(select_arm_pairs(arm, pairs).dropna(subset=["hardness", "lump_fraction"]).empty for arm in ARMS):
+        return "Not compared at equal hardness: falls and hardness tests of both kinds of snow are needed."
     alike = find_equal_hardness(pairs)
     if alike.empty:
         return "No unsintered snow is as hard as any sintered: at equal hardness the two cannot be compared."

@@ -102,11 +102,8 @@ def _describe_health(table: pd.DataFrame, evidences: Sequence[Evidence]) -> list
     if table.empty:
         return ["No run has a result."]
     heads = {name: head for name, head in HEALTH_COLUMNS.items() if name in table}
-    worst = table.reindex(columns=["energy_unclosed"]).astype(float).max().iloc[0]
-    unsettled = int((~table["settled"].astype(bool)).sum()) if "settled" in table else 0
     text = (
-        f"Of the energy that was turned over from the release on, the ledgers leave at most {worst:.1%} without a "
-        f"cause. {unsettled} of {len(table)} runs had not settled at their end. Capped, floored, bounded: the most "
+        f"{_describe_unclosed(table)} {_describe_unsettled(table)} Capped, floored, bounded: the most "
         "particles in any frame at a bound that the reading adds to the paper's laws; all columns are in summary.csv."
     )
     rows = table[[name for name in ALL_RUN_COLUMNS if name in table]].rename(
@@ -116,6 +113,22 @@ def _describe_health(table: pd.DataFrame, evidences: Sequence[Evidence]) -> list
     lines = [f"{escape(describe_run(run))}: {_describe_bounds(run)}" for run in _list_done_runs(evidences)]
     summary = "What was bounded in each run, on how many particles at most, and since when"
     return [text, _fold_long_table("Every run", Table(frame), len(frame)), Fold(summary, [format_list(lines)])]
+
+
+def _describe_unclosed(table: pd.DataFrame) -> str:
+    """Say how much energy the ledgers leave without a cause."""
+    worst = table.reindex(columns=["energy_unclosed"]).astype(float).max().iloc[0]
+    if math.isnan(worst):
+        return "How much energy has no cause was not recorded."
+    return f"Of the energy turned over from the release on, the ledgers leave at most {worst:.1%} without a cause."
+
+
+def _describe_unsettled(table: pd.DataFrame) -> str:
+    """Say how many of the runs that fall still broke at their end."""
+    settled = table["settled"].dropna() if "settled" in table else pd.Series(dtype=bool)
+    if settled.empty:
+        return "None of the runs falls, so whether they settled was not asked."
+    return f"{int((~settled.astype(bool)).sum())} of {len(settled)} runs that fall had not settled at their end."
 
 
 def _fold_long_table(head: str, table: Table, rows: int) -> Block:

@@ -73,7 +73,8 @@ def _summarise(reports: Sequence[ExperimentReport], names: Sequence[str], differ
     blocks: list[Block] = [format_list(lines), Heading("What changes in the verdicts")]
     verdicts = _pair_verdicts(*(report.evidence for report in reports))
     changed = [_describe_change(where, a, b) for where, a, b in verdicts if a.word != b.word or a.agrees != b.agrees]
-    blocks.append(format_list(changed) if changed else f"Nothing: {len(verdicts)} verdicts are the same word in both.")
+    same = f"Nothing: {len(verdicts)} verdicts are the same word in both."
+    blocks.append(format_list(changed) if changed else same if verdicts else "No claim is judged in both.")
     blocks.append(Heading("What was asked for otherwise"))
     settings = [f"{format_code(line)}" for line in differences.config]
     if len(settings) > MOST_LISTED:

@@ -161,12 +161,13 @@ def _describe_one_scene(evidence: Evidence, half_pressures: dict[str, str]) -> l
 
 def _describe_several_scenes(evidence: Evidence) -> list[Block]:
     """Describe the verdicts by all scenes together, and by each scene alone."""
-    undecided = sum(verdict.word == INCONCLUSIVE for scene in evidence.scenes for verdict in scene.verdicts)
+    words = [verdict.word for scene in evidence.scenes for verdict in scene.verdicts]
+    open_verdicts = f"{words.count(INCONCLUSIVE)} verdicts are inconclusive, {words.count(NOT_RUN)} not run"
     return [
         Table(_tabulate_verdicts(evidence.over_scenes), data="claims.csv"),
         (
             "Each scene alone (\\* by calibration, no test; - the numbers disagree; "
-            f"{P50.format(unit=evidence.pressure_unit)}; {undecided} verdicts are inconclusive). "
+            f"{P50.format(unit=evidence.pressure_unit)}; {open_verdicts}). "
             f"{_explain_numbers(evidence)}"
         ),
         Table(_tabulate_by_scene(evidence).map(escape), data="claims.csv"),

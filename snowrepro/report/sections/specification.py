@@ -183,6 +183,8 @@ def _list_exceptions(choices: pd.DataFrame, holds: pd.DataFrame, usual: int) -> 
     """List the single changes of the usual definition that lose a claim."""
     if usual < 0:
         return ["The definition used here is not among them."]
+    if not holds.iloc[usual].any():
+        return ["By the definition used here none of these claims holds: no change of it can lose one."]
     base = choices.iloc[usual]
     lines = []
     for row in range(len(choices)):
