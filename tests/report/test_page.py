@@ -3,13 +3,15 @@
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.figure import Figure
 from matplotlib.image import imread
+from matplotlib.text import Text
 
 from snowrepro.composition.compose import compose
 from snowrepro.evidence.claims import JudgedScene
 from snowrepro.evidence.gather import Evidence
 from snowrepro.evidence.hardness import pair_falls_with_tests
-from snowrepro.report.drawing.common import LUMPS, POWDER, colour_fragments
+from snowrepro.report.drawing.common import DPI, LEAST_LETTERS, LUMPS, PAGE, POWDER, colour_fragments
 from snowrepro.report.figures import convergence, grid
 from snowrepro.run import simulate
 from snowrepro.settings.case import ARMS
@@ -62,6 +64,22 @@ def test_report_shows_runs_and_what_is_missing(stored):
         assert (np.abs(pixels - [0x30 / 255, 0x7A / 255, 0x78 / 255]).max(axis=-1) < 0.01).mean() > 0.02  # the floor
     assert {"survival.png", "bonds.png"} <= {path.name for path in report.evidence.folder.iterdir()}
     assert "Not scanned: runs are missing" in page
+
+
+def test_letters_are_legible(stored, monkeypatch):
+    """On a screen of 1280, where a page shrinks wide pictures, none is smaller than 11 pixels."""
+    smallest, save = {}, Figure.savefig
+
+    def measure(figure: Figure, path, **options) -> None:
+        shrunk = min(1.0, PAGE / (figure.get_figwidth() * DPI))
+        shown = [text for text in figure.findobj(Text) if text.get_text().strip() and text.get_visible()]
+        smallest[path.name] = min(text.get_fontsize() for text in shown) * DPI / 72 * shrunk
+        save(figure, path, **options)
+
+    monkeypatch.setattr(Figure, "savefig", measure)
+    reported(stored)
+    assert {"strip.png", "strip-narrow.png", "response.png", "survival.png"} <= set(smallest)
+    assert {name: size for name, size in smallest.items() if size < LEAST_LETTERS - 0.01} == {}
 
 
 def test_same_store_same_bytes(stored):

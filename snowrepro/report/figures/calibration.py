@@ -42,7 +42,7 @@ def draw_calibration(
 
     ``chosen``: the pressure for each target; None if the target is not reached; ``label``: of the axis of pressures.
     """
-    figure = Figure(figsize=(6.4, 3.8), layout="constrained")
+    figure = Figure(figsize=(5.2, 3.8), layout="constrained")
     ax = figure.subplots()
     means = table.groupby("pressure")["lump_fraction"].mean()
     ax.plot(table["pressure"], table["lump_fraction"], "o", color="#307a78", label="runs")

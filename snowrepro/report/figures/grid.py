@@ -17,7 +17,7 @@ from ...summary.classify import classify
 from ...summary.row import ARM
 from ...text import make_cells
 from ..document import Block, FigureContent, Heading, Picture, Table, escape
-from ..drawing.common import colour_fragments, draw_background, draw_snow, get_panel_size, save_figure
+from ..drawing.common import choose_font, colour_fragments, draw_background, draw_snow, get_panel_size, save_figure
 from ..sections import claims as claims_section
 from ..sections.response import list_disagreements
 from .kinds import FigureKind
@@ -151,9 +151,9 @@ def _draw_sheet(runs: Sequence[Run], evidence: Evidence, name: str) -> None:
             places = dataset["position"][-1].values
         draw_snow(ax, run, places, PANEL * 72 / get_panel_size(run)[0], colours)
     for floor, ax in zip(floors, grid[0], strict=True):
-        ax.set_title(floor, fontsize=9)
+        ax.set_title(floor, fontsize=choose_font(size[0]))
     for shape, ax in zip(shapes, grid[:, 0], strict=True):
-        ax.set_ylabel(shape, fontsize=9)
+        ax.set_ylabel(shape, fontsize=choose_font(size[0]))
     save_figure(figure, evidence.folder / name)
 
 
@@ -177,8 +177,8 @@ def draw_heatmap(evidence: Evidence) -> Picture:
     axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     for ax, (title, lumps) in zip(axes.flat, panels.items(), strict=False):
         grid = np.array([[lumps.get((shape, floor), np.nan) for floor in floors] for shape in shapes])
-        image = _draw_heatmap_panel(ax, grid, shapes, floors)
-        ax.set_title(title, fontsize=9)
+        image = _draw_heatmap_panel(ax, grid, shapes, floors, choose_font(size[0], 8.0))
+        ax.set_title(title, fontsize=choose_font(size[0]))
     for ax in axes.flat[len(panels) :]:
         ax.set_axis_off()
     figure.colorbar(image, ax=axes, label="mass in lumps", shrink=0.8)
@@ -194,12 +194,12 @@ def draw_heatmap(evidence: Evidence) -> Picture:
     )
 
 
-def _draw_heatmap_panel(ax: Axes, grid: np.ndarray, shapes: list[str], floors: list[str]) -> AxesImage:
-    """Draw the mass in lumps by shape and floor, ``grid`` (shapes, floors); returns the image."""
+def _draw_heatmap_panel(ax: Axes, grid: np.ndarray, shapes: list[str], floors: list[str], letters: float) -> AxesImage:
+    """Draw the mass in lumps by shape and floor, ``grid`` (shapes, floors); ``letters``: their points."""
     image = ax.imshow(grid, cmap=HEAT, vmin=0, vmax=1, aspect="auto")
-    _write_cells(ax, grid)
-    ax.set_xticks(range(len(floors)), floors, fontsize=8, rotation=30, ha="right")
-    ax.set_yticks(range(len(shapes)), shapes, fontsize=8)
+    _write_cells(ax, grid, letters)
+    ax.set_xticks(range(len(floors)), floors, fontsize=letters, rotation=30, ha="right")
+    ax.set_yticks(range(len(shapes)), shapes, fontsize=letters)
     ax.tick_params(length=0)
     return image
 
@@ -230,11 +230,13 @@ def _list_panels(scenes: Sequence[JudgedScene]) -> dict[str, dict[tuple[str, str
     return panels | ({"without sintering, the most of any pressure": most} if most else {})
 
 
-def _write_cells(ax: Axes, grid: np.ndarray) -> None:
+def _write_cells(ax: Axes, grid: np.ndarray, letters: float) -> None:
     """Write the number into each cell, dark on bright and bright on dark."""
     for (row, column), value in np.ndenumerate(grid):
         text = "-" if np.isnan(value) else f"{value:.2f}"
-        ax.text(column, row, text, ha="center", va="center", fontsize=8, color="white" if value < 0.55 else "black")
+        ax.text(
+            column, row, text, ha="center", va="center", fontsize=letters, color="white" if value < 0.55 else "black"
+        )
 
 
 FIGURE = FigureKind(report, is_judged=True)

@@ -176,8 +176,8 @@ def _read_curve(run: Run) -> tuple[pd.DataFrame, str]:
 
 def _draw_measures(pairs: pd.DataFrame, evidence: Evidence) -> None:
     """Draw all measures over pressure, both arms."""
-    figure = Figure(figsize=(12.5, 3.4), layout="constrained")
-    axes = figure.subplots(1, 4)
+    figure = Figure(figsize=(8.4, 6.8), layout="constrained")
+    axes = figure.subplots(2, 2).ravel()
     pressures, unit = sorted({run.case.pressure for run in evidence.runs}), evidence.pressure_unit
     panels = (["hardness"], ["flattening_most", "flattening_end"], ["rebound"], ["lump_fraction"])
     for ax, names in zip(axes, panels, strict=True):
@@ -195,8 +195,8 @@ def _draw_measures(pairs: pd.DataFrame, evidence: Evidence) -> None:
             ax.set_yscale("log" if (pairs["hardness"] > 0).any() else "linear")  # nothing measured yet
         else:
             ax.set_ylim(bottom=min(0.0, *ax.get_ylim()))
-    axes[1].legend(fontsize=7, frameon=False)
-    axes[0].legend(fontsize=7, frameon=False)
+    axes[1].legend(fontsize=8, frameon=False)
+    axes[0].legend(fontsize=8, frameon=False)
     save_figure(figure, evidence.folder / ALL_MEASURES.file)
 
 
@@ -217,14 +217,14 @@ def _format_range(pressures: Sequence[float]) -> str:
 
 def _draw_scatter(pairs: pd.DataFrame, evidence: Evidence) -> None:
     """Draw lumps over hardness, each point with its pressure."""
-    figure = Figure(figsize=(6.6, 4.2), layout="constrained")
+    figure = Figure(figsize=(5.4, 4.4), layout="constrained")
     ax = figure.subplots()
     for arm, (colour, mark) in LOOKS.items():
         rows = select_arm_pairs(arm, pairs).dropna(subset=["hardness", "lump_fraction"])
         ax.plot(rows["hardness"], rows["lump_fraction"], mark, color=colour, label=ARM_LABELS[arm])
         for number, (point, text) in enumerate(_group_labels(rows)):
             above = 5 if arm == ARMS[0] else -12 - 8 * (number % 2)  # where one would lie on the next
-            ax.annotate(text, point, (0, above), textcoords="offset points", fontsize=7, color=colour, ha="center")
+            ax.annotate(text, point, (0, above), textcoords="offset points", fontsize=8, color=colour, ha="center")
     ax.axhline(0.5, color="0.85", lw=0.8, zorder=0)
     ax.margins(x=0.1)
     if (pairs["hardness"] > 0).any():

@@ -11,13 +11,13 @@ from ...store import states
 from ..document import Block, Heading, Picture, Section, escape, format_code, format_list
 from ..figures.kinds import find_figure
 
-SHOWN_ABOVE = "This picture is shown at the top of the page."
+SHOWN_ABOVE = "The first picture of this section is at the top of the page."
 
 
 def make_lead(evidences: Sequence[Evidence], sections: Sequence[Section]) -> tuple[Section, list[Section]]:
     """Make the first section of a report, the summary.
 
-    Returns it and the other sections; the picture that moved into the summary is replaced there by a sentence.
+    Returns it and the other sections; of the picture that moved into the summary a sentence is left there.
     """
     judged = [evidence for evidence in evidences if find_figure(evidence.experiment).is_judged]
     anchor = (judged or evidences)[0].experiment.name
@@ -29,7 +29,7 @@ def make_lead(evidences: Sequence[Evidence], sections: Sequence[Section]) -> tup
     if picture:
         blocks.append(picture)
     first = Section("summary", "Summary", blocks, command=chosen.command, runs=chosen.runs)
-    others = [_replace_picture(section, picture) if section is chosen else section for section in sections]
+    others = [_take_picture_out(section, picture) if section is chosen else section for section in sections]
     return first, others
 
 
@@ -116,7 +116,12 @@ def _describe_verdict(claim: Claim, verdict: Verdict, scene: JudgedScene, where:
     return f"**{verdict.word}**{remark}, {place}: {measure} {escape(number)}, {seeds}{disagreement}."
 
 
-def _replace_picture(section: Section, picture: Picture | None) -> Section:
-    """Return the section with a sentence in the place of ``picture``."""
-    blocks = [SHOWN_ABOVE if block is picture and picture else block for block in section.blocks]
+def _take_picture_out(section: Section, picture: Picture | None) -> Section:
+    """Return the section without ``picture``; a sentence behind the pictures that follow it says where it is."""
+    blocks = [block for block in section.blocks if block is not picture]
+    if picture:
+        behind = list(section.blocks).index(picture)
+        while behind < len(blocks) and isinstance(blocks[behind], Picture):
+            behind += 1
+        blocks.insert(behind, SHOWN_ABOVE)
     return Section(section.anchor, section.title, blocks, section.paper_text, section.command, section.runs)

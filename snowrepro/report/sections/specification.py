@@ -218,7 +218,7 @@ def draw_specifications(
     holds_all = holds.all(axis=1).to_numpy()[order]
     choices = choices.iloc[order]
     levels = [(name, value) for name in CHOICES for value in _list_levels(choices, name)]
-    figure = Figure(figsize=(9.5, 2.6 + 0.17 * len(levels)), layout="constrained")
+    figure = Figure(figsize=(9.2, 2.6 + 0.17 * len(levels)), layout="constrained")
     top, below = figure.subplots(2, 1, sharex=True, height_ratios=[2.2, 0.17 * len(levels)])
     places = np.arange(len(order))
     top.axhline(0, color="0.6", lw=0.8)
@@ -251,13 +251,13 @@ def _draw_choices(ax: Axes, choices: pd.DataFrame, levels: list[tuple], holds_al
         first = row == 0 or levels[row - 1][0] != name
         labels.append(f"{NAMES[name]}   {label}" if first else label)
     ax.set(yticks=range(len(levels)), ylim=(len(levels) - 0.3, -0.7))
-    ax.set_yticklabels(labels, fontsize=7)
+    ax.set_yticklabels(labels, fontsize=7.5)
     ax.tick_params(axis="y", length=0)
 
 
 def draw_strains(runs: Sequence[Run], evidence: Evidence) -> None:
     """Draw the mass in lumps over the break strain, from each run's tree."""
-    figure = Figure(figsize=(6.4, 3.6), layout="constrained")
+    figure = Figure(figsize=(5.2, 4.4), layout="constrained")
     ax = figure.subplots()
     colours = assign_colours(runs)
     curves, steps = {}, np.linspace(0, STRAINS_TO, 161)
@@ -274,8 +274,8 @@ def draw_strains(runs: Sequence[Run], evidence: Evidence) -> None:
     handles, labels = ax.get_legend_handles_labels()
     handle_of = dict(zip(labels, handles, strict=True))
     figure.legend(
-        handle_of.values(), handle_of.keys(), loc="outside right center", frameon=False, fontsize=8,
-        title=add_unit("pressure", evidence.pressure_unit).replace(" [", "\n["), title_fontsize=8,
+        handle_of.values(), handle_of.keys(), loc="outside lower center", ncols=3, frameon=False, fontsize=8,
+        title=add_unit("pressure", evidence.pressure_unit), title_fontsize=8,
     )  # fmt: skip
     save_figure(figure, evidence.folder / "strains.png")
     table = pd.DataFrame(curves, index=pd.Index(steps, name="break_strain"))
