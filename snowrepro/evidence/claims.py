@@ -316,7 +316,7 @@ def _judge_claim_over_scenes(claim: Claim, alpha: float, scenes: Sequence[Judged
     counts = _count_scenes(claim, scenes)
     verdict = Verdict(
         claim.name, claim.statement, counts=counts,
-        measured=", ".join(f"{c.claim} in {c.holds} of {c.scenes}" for c in counts) if scenes else "no other scenes",
+        measured=", ".join(map(_describe_count, counts)) if scenes else "no other scenes",
         disagrees=tuple(f"{c.claim}: {', '.join(c.against)}" for c in counts if c.against),
         seeds=min((scene.verdict(name).seeds for scene in scenes for name in claim.claims), default=0),
     )  # fmt: skip
@@ -350,6 +350,11 @@ def _count_scenes(claim: Claim, scenes: Sequence[JudgedScene]) -> tuple[Count, .
         for way in ("greater", "less")
     )
     return tuple(replace(count, p=float(p), p_less=float(q)) for count, p, q in zip(counts, more, less, strict=True))
+
+
+def _describe_count(count: Count) -> str:
+    """Describe in how many scenes the numbers agree with a claim."""
+    return f"{count.claim} in {count.holds} of {count.scenes}" if count.scenes else f"{count.claim} not run"
 
 
 def _test_count(count: Count, share: float, alternative: str) -> float:

@@ -11,6 +11,7 @@ from snowrepro.evidence.gather import Evidence
 from snowrepro.evidence.variants import Comparison, Variant, compare_variants
 from snowrepro.report.document import Table
 from snowrepro.report.sections import register
+from snowrepro.report.sections.variants import describe_change
 from snowrepro.settings.case import ARMS, Reading
 from snowrepro.store.run import Run
 from snowrepro.summary.row import ARM
@@ -124,3 +125,12 @@ def test_without_the_figure_itself_other_choices_say_nothing():
 
 def test_texts_fit_into_a_table():
     assert not [e.name for e in register.read_entries() if "|" in e.paper + e.here + e.elsewhere]
+
+
+@pytest.mark.parametrize("study", ["readings", "convergence"])
+def test_every_variant_of_a_study_has_words(tmp_path, study):
+    """So that no page shows raw settings."""
+    plan = make_plan([f"experiment={study}", "pressure=340", "sintering=paper", f"store={tmp_path}"], False)
+    missing = frozenset(run.id for run in plan.runs)
+    found = compare_variants(Evidence(plan.experiment, plan.runs, pd.DataFrame(), tmp_path, missing)).changed_variants
+    assert [variant.name for variant in found if describe_change(variant) == variant.name] == []

@@ -91,7 +91,7 @@ def _tabulate_scenes(scenes: Sequence[JudgedScene]) -> pd.DataFrame:
             of_arm = scene.table[scene.table[ARM] == arm] if len(scene.table) else scene.table
             for pressure, part in of_arm.groupby("pressure") if len(of_arm) else ():
                 row[f"{arm}, {pressure:g}"] = f"{part['lump_fraction'].mean():.2f}"
-        row["unsettled"] = int((~scene.table["settled"]).sum()) if len(scene.table) else 0
+        row["unsettled"] = str(int((~scene.table["settled"]).sum())) if len(scene.table) else None
         row["disagrees with"] = _describe_disagreements(scene)
         rows.append(row)
     return pd.DataFrame(rows).fillna("missing")

@@ -168,8 +168,8 @@ def draw_narrow_strip(rows: Sequence[Row], frame: int, run: Run, path: Path) -> 
                 ax.text(
                     0.5, 0.5, "missing", transform=ax.transAxes, ha="center", color="white", fontsize=NARROW_LETTERS
                 )
-        pressure, arm = row.label.removeprefix(NAMED).split("\n")
-        axes[0].set_title(f"{pressure} {unit}, {arm}", fontsize=NARROW_LETTERS, loc="left")
+        name = row.label.removeprefix(NAMED).replace("\n", f" {unit}, ")
+        axes[0].set_title(name, fontsize=NARROW_LETTERS, loc="left")
         if frame in row.measures:
             share = f"{row.measures[frame]['mass_in_lumps']:.2f} in lumps"
             axes[1].set_title(share, fontsize=NARROW_LETTERS, loc="right")

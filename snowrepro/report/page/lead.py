@@ -11,7 +11,7 @@ from ...store import states
 from ..document import Block, Heading, Picture, Section, escape, format_code, format_list
 from ..figures.kinds import find_figure
 
-SHOWN_ABOVE = "The first picture of this section is at the top of the page."
+SHOWN_ABOVE = "The first picture of this section is at the top of the report."
 
 
 def make_lead(evidences: Sequence[Evidence], sections: Sequence[Section]) -> tuple[Section, list[Section]]:

@@ -47,7 +47,7 @@ def write_paper(overrides: Sequence[str], store: str) -> Path:
         if isinstance(content, ExperimentReport):
             write_experiment_page(content, [register] if find_figure(content.evidence.experiment).is_judged else ())
     folder = Path(planned[0].runs[0].config.question.reports) / name_sweep(["experiment=paper", *overrides])
-    return write_page(TITLE, contents, folder, [register])
+    return write_page(TITLE, contents, folder, [register], in_parts=True)
 
 
 def _plan_experiment(overrides: Sequence[str], store: str) -> PlannedExperiment:
