@@ -25,6 +25,11 @@ KINDS = {float: "number", int: "whole number", str: "text", bool: "`true` or `fa
 BOUNDS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
 HEAD = ["| setting | values | default | meaning |", "|---|---|---|---|"]
 ABSENT = object()
+# Units in descriptions, and how the page writes them.
+UNITS = {
+    " [1]": "", "[unit of E]": "[kg cell⁻¹ s⁻²]", "[Pa]": "[kg cell⁻¹ s⁻²]", "[kg/m^3]": "[kg cell⁻³]",
+    "^2": "²", "^3": "³",
+}  # fmt: skip
 
 
 def page() -> str:
@@ -136,9 +141,16 @@ def _rows(under: str, section: type[BaseModel], values: Any, why: Mapping[str, s
 
 def _row(key: str, field: FieldInfo, value: Any, why: str) -> str:
     said = field.description or ""
-    meaning = "; ".join(plain(text).rstrip(".") for text in (said, why if _adds(why, said) else "") if text)
+    meaning = "; ".join(
+        plain(_write_units(text)).rstrip(".") for text in (said, why if _adds(why, said) else "") if text
+    )
     default = "" if value is ABSENT else f"`{_short(value)}`"
     return f"| `{key}` | {_values(field)} | {default} | {meaning} |"
+
+
+def _write_units(text: str) -> str:
+    """A description with the units of the default reading as people read them."""
+    return reduce(lambda written, unit: written.replace(*unit), UNITS.items(), text)
 
 
 def _adds(comment: str, description: str) -> bool:
@@ -231,7 +243,7 @@ def _options(name: str, chosen: str) -> Iterator[str]:
     if paths:
         yield from ["", f"Options, chosen by `{name}=`:", "", "| option | content |", "|---|---|"]
     for path in paths:
-        yield f"| `{path.stem}`{' (default)' if path.stem == chosen else ''} | {plain(about(path))} |"
+        yield f"| `{path.stem}`{' (default)' if path.stem == chosen else ''} | {plain(_write_units(about(path)))} |"
 
 
 def _scenes_and_variants() -> Iterator[str]:

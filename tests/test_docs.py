@@ -24,6 +24,7 @@ import pytest
 
 from snowrepro.composition.compose import compose
 from snowrepro.report.figures.kinds import list_figure_names
+from snowrepro.summary.row import ALL_COLUMNS
 from tests.test_workflows import unknown
 
 ROOT = Path(__file__).parents[1]
@@ -204,10 +205,11 @@ def settings_of(values: object, under: str = "") -> Iterator[str]:
 def generators(monkeypatch):
     """The scripts in docs/ that write pages."""
     monkeypatch.syspath_prepend(str(DOCS))
+    import columns
     import commands
     import settings
 
-    return settings, commands
+    return settings, commands, columns
 
 
 def test_the_page_of_settings_names_every_setting(generators):
@@ -234,6 +236,13 @@ def test_the_page_of_commands_names_every_command(generators):
     page = generators[1].page()
     for text in ("snowrepro run", "snowrepro bless", "`--against B`", "exit codes: 0 the same bits"):
         assert text in page
+
+
+def test_the_page_of_numbers_explains_every_column(generators):
+    """With what it means and its unit."""
+    page = generators[2].page()
+    assert {name for name in ALL_COLUMNS if f"| `{name}` | " not in page} == set()
+    assert "| kg cell⁻¹ s⁻² | Pa |" in page and not re.search(r"\|\s*\|", page)
 
 
 def test_skipped_blocks_are_few():

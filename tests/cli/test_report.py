@@ -1,6 +1,7 @@
 """``snowrepro report`` as a user calls it, and what is on the disk afterwards."""
 
 import json
+import re
 import shutil
 
 import pytest
@@ -17,10 +18,13 @@ def test_a_paper_without_runs_says_how_to_make_them(snowrepro, tmp_path):
     done = snowrepro("report")
     assert done.returncode == 0, done.stderr
     assert done.stdout == "report: my_reports/paper/index.html\n"
-    page = (tmp_path / "my_reports" / "paper" / "index.md").read_text()
-    assert "../fig2/shapes.png" in page and "12 of 13 parameters" in page
+    folder = tmp_path / "my_reports" / "paper"
+    parts = {path.stem: path.read_text() for path in folder.glob("*.md")}
+    assert "../fig2/shapes.png" in parts["fig2"] and "12 of 13 parameters" in parts["table1"]
     for name in ("fig5", "fig6", "grid", "convergence"):
-        assert f"**Not run here.** `snowrepro run experiment={name}`" in page
+        assert f"**Not run here.** `snowrepro run experiment={name}`" in parts[name]
+    assert set(re.findall(r"\]\((\w+)\.md\)", parts["index"])) == set(parts) - {"index"}, "each part has a link"
+    page = "".join(parts.values())
     html = (tmp_path / "my_reports" / "paper" / "index.html").read_text()
     assert html.count("<img") == 2 and "../fig2/shapes.png" not in html
     assert not (tmp_path / "runs").exists()

@@ -11,7 +11,7 @@ from ...errors import ConfigError, DataError, ExitCode, StoreError
 from ...store import files
 from ...store import run as store_run
 from ...summary import classify, row
-from .. import candidates, screen
+from .. import candidates, screen, single
 from ..arguments import add_store, complete_by
 
 HELP = """\
@@ -66,7 +66,7 @@ def execute(options: argparse.Namespace) -> ExitCode:
     with _naming(options.data), store_run.open_particles(options.data, options.store, options.group) as dataset:
         if not (needs_fragments or named) and classify.is_whole_run(dataset):
             analysis = classify.change_settings(classify.read_analysis(dataset), settings)
-            screen.print_rows(row.summarise(dataset, analysis))
+            single.print_outcome(row.summarise(dataset, analysis), classify.read_length_unit(dataset))
             return ExitCode.FINE
         classified = classify.classify(
             dataset,

@@ -6,7 +6,7 @@ from ...errors import ExitCode
 from ...report.figures import kinds
 from ...store import files
 from ...store import run as store_run
-from ...summary import row
+from ...summary import columns, row
 from ...sweep import plan as sweep_plan
 from .. import candidates, plans, reporting, screen, single, sweeping
 from ..arguments import EXITS, add_folders, add_multirun, add_no_report, complete_by
@@ -82,7 +82,10 @@ def _report(plan: "sweep_plan.Plan", is_drawn: bool) -> ExitCode:
 def _print_line(run: "store_run.Run") -> None:
     """Print one run of a sweep in one line."""
     numbers = row.read_row(run)
+    unit = columns.CASE_COLUMNS["pressure"].format_unit([run.case.reading.length_unit])  # and of hardness
     finding = (
-        f"hardness {numbers['hardness']:.4g}" if run.case.indenter else f"mass in lumps {numbers['lump_fraction']:.3f}"
+        f"hardness {numbers['hardness']:.4g} {unit}"
+        if run.case.indenter
+        else f"mass in lumps {numbers['lump_fraction']:.3f}"
     )
     screen.show(f"{numbers['run_id']}: {finding}")

@@ -73,7 +73,8 @@ def _summarise(reports: Sequence[ExperimentReport], names: Sequence[str], differ
     blocks: list[Block] = [format_list(lines), Heading("What changes in the verdicts")]
     verdicts = _pair_verdicts(*(report.evidence for report in reports))
     changed = [_describe_change(where, a, b) for where, a, b in verdicts if a.word != b.word or a.agrees != b.agrees]
-    blocks.append(format_list(changed) if changed else f"Nothing: {len(verdicts)} verdicts are the same word in both.")
+    same = f"Nothing: {len(verdicts)} verdicts are the same word in both."
+    blocks.append(format_list(changed) if changed else same if verdicts else "No claim is judged in both.")
     blocks.append(Heading("What was asked for otherwise"))
     settings = [f"{format_code(line)}" for line in differences.config]
     if len(settings) > MOST_LISTED:
@@ -169,7 +170,7 @@ def draw_differences(cells: pd.DataFrame, dims: Sequence[str], path: Path) -> No
     varied = [dim for dim in dims if len(cells[dim].dropna().unique()) > 1] or list(dims)
     coordinates = drawn[varied].to_dict("records")
     labels = [", ".join(f"{dim} {_format_coordinate(value)}" for dim, value in row.items()) for row in coordinates]
-    ax.set_yticks(rows, labels, fontsize=7)
+    ax.set_yticks(rows, labels, fontsize=8)
     ax.set(ylim=(len(drawn) - 0.5, -0.5), xlabel=" or ".join(sorted(set(drawn["measure"]))).replace("_", " "))
     ax.grid(axis="x", color="0.92", lw=0.6)
     figure.legend(loc="outside upper center", ncols=2, frameon=False, fontsize=9)

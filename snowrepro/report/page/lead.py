@@ -4,12 +4,14 @@ from collections.abc import Sequence
 
 from ...evidence.claims import NOT_RUN, Count, JudgedScene, Verdict, format_interval, list_calibrated_claims
 from ...evidence.gather import Evidence
+from ...quantities import DENSITY, PRESSURE, format_powers
+from ...settings.case import Case
 from ...settings.question import Claim
 from ...store import states
 from ..document import Block, Heading, Picture, Section, escape, format_code, format_list, join_names
 from ..figures.kinds import find_figure
 
-SHOWN_ABOVE = "This picture is shown at the top of the page."
+SHOWN_ABOVE = "The first picture of this section is at the top of the report."
 
 
 def make_lead(
@@ -32,7 +34,7 @@ def make_lead(
     if picture:
         blocks.append(picture)
     first = Section("summary", "Summary", blocks, command=chosen.command, runs=chosen.runs)
-    others = [_replace_picture(section, picture) if section is chosen else section for section in sections]
+    others = [_take_picture_out(section, picture) if section is chosen else section for section in sections]
     return first, others
 
 
@@ -79,7 +81,20 @@ def describe_runs(evidences: Sequence[Evidence]) -> str:
     first = next(iter(runs.values()))
     return (
         f"{done} of {len(runs)} runs are done{missing}. Reading {format_code(first.case.reading.name)}, fidelity "
-        f"{format_code(first.case.fidelity.name)}."
+        f"{format_code(first.case.fidelity.name)}. {_explain_units(first.case)}"
+    )
+
+
+def _explain_units(case: Case) -> str:
+    """Explain what the numbers of pressures and densities mean, in a case's reading."""
+    length = case.reading.length_unit
+    pressure, density = (format_powers(powers, [length]) for powers in (PRESSURE, DENSITY))
+    grid = (
+        "cells of the paper's grid" if length == "cell" else f"{length}; a cell of the grid is {case.reading.cell:g} m"
+    )
+    return (
+        f"The snow is two-dimensional. Lengths are in {grid}. So pressures are in {pressure}, like the initial Young's "
+        f"modulus of {case.material.E:,.0f}, and densities in {density}, {case.material.rho:g} at the start."
     )
 
 
@@ -134,7 +149,12 @@ def _describe_verdict(claim: Claim, verdict: Verdict, scene: JudgedScene, where:
     return f"**{verdict.word}**{remark}, {place}: {measure} {escape(number)}, {seeds}{disagreement}."
 
 
-def _replace_picture(section: Section, picture: Picture | None) -> Section:
-    """Return the section with a sentence in the place of ``picture``."""
-    blocks = [SHOWN_ABOVE if block is picture and picture else block for block in section.blocks]
+def _take_picture_out(section: Section, picture: Picture | None) -> Section:
+    """Return the section without ``picture``; a sentence behind the pictures that follow it says where it is."""
+    blocks = [block for block in section.blocks if block is not picture]
+    if picture:
+        behind = list(section.blocks).index(picture)
+        while behind < len(blocks) and isinstance(blocks[behind], Picture):
+            behind += 1
+        blocks.insert(behind, SHOWN_ABOVE)
     return Section(section.anchor, section.title, blocks, section.paper_text, section.command, section.runs)

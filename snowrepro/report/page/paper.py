@@ -78,7 +78,7 @@ def write_paper(paper: PlannedPaper, tell: Callable[[str], None] = lambda line: 
         write_experiment_page(each, [register] if find_figure(each.evidence.experiment).is_judged else ())
         for each in drawn
     ]
-    return [write_page(TITLE, contents, paper.folder, [register]), *pages]
+    return [write_page(TITLE, contents, paper.folder, [register], in_parts=True), *pages]
 
 
 def _plan_experiment(overrides: Sequence[str], store: str) -> PlannedExperiment:

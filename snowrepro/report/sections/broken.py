@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from ...evidence.gather import Evidence
+from ...quantities import add_unit
 from ...store.run import Run
 from ...summary.row import read_bonds
 from ...text import make_cells
@@ -65,8 +66,8 @@ def draw_survival(bonds_of_runs: Sequence[tuple[Run, xr.Dataset]], evidence: Evi
     for ax in axes:
         ax.axhline(0.5, color="0.6", lw=0.8, ls=":")
         ax.set(xscale="log", xlim=(LEAST, 1.2), ylim=(-0.02, 1.02), xlabel="mass m of a fragment [part of the body]")
-    axes[0].set_ylabel("mass in fragments of at least m [1]")
-    _add_legend(figure, colours)
+    axes[0].set_ylabel("mass in fragments of at least m")
+    _add_legend(figure, colours, evidence.pressure_unit)
     save_figure(figure, evidence.folder / SURVIVAL.file)
     _write_rows(rows, evidence.folder / SURVIVAL.data)
 
@@ -86,8 +87,8 @@ def draw_bonds(bonds_of_runs: Sequence[tuple[Run, xr.Dataset]], evidence: Eviden
         )
     for ax in axes:
         ax.set(ylim=(-0.02, 1.02), xlabel="time since pressing began [s]")
-    axes[0].set_ylabel("broken part of the bonds [1]")
-    _add_legend(figure, colours)
+    axes[0].set_ylabel("broken part of the bonds")
+    _add_legend(figure, colours, evidence.pressure_unit)
     save_figure(figure, evidence.folder / BONDS.file)
     _write_rows(rows, evidence.folder / BONDS.data)
 
@@ -122,7 +123,10 @@ def assign_colours(runs: Sequence[Run]) -> dict[float, tuple]:
     return {p: colormaps["plasma"](0.85 * i / max(len(pressures) - 1, 1)) for i, p in enumerate(pressures)}
 
 
-def _add_legend(figure: Figure, colours: dict[float, tuple]) -> None:
-    """Add the legend of pressures."""
-    lines = [Line2D([], [], color=colour, label=f"pressure {pressure:g}") for pressure, colour in colours.items()]
-    figure.legend(handles=lines, loc="outside lower center", ncols=min(len(lines), 6), frameon=False, fontsize=8)
+def _add_legend(figure: Figure, colours: dict[float, tuple], unit: str) -> None:
+    """Add the legend of pressures, with their unit."""
+    lines = [Line2D([], [], color=colour, label=f"{pressure:g}") for pressure, colour in colours.items()]
+    figure.legend(
+        handles=lines, loc="outside lower center", ncols=min(len(lines), 6), frameon=False, fontsize=8,
+        title=add_unit("pressure", unit), title_fontsize=8,
+    )  # fmt: skip

@@ -15,6 +15,7 @@ from matplotlib.colors import to_hex
 from ...evidence.claims import list_calibrated_claims
 from ...evidence.gather import describe_run
 from ...evidence.sensitivity import CORES, SIGNS
+from ...quantities import format_unit
 from ...scene.outline import polylines
 from ...settings.analysis import Analysis
 from ...settings.question import Claim
@@ -256,7 +257,7 @@ def _find_span(values: Sequence[np.ndarray]) -> tuple[float, float]:
 
 def _make_field(name: str, span: tuple[float, float], unit: str) -> dict[str, Any]:
     """Make the description of a field."""
-    return {"key": name, "name": NAMES[name], "unit": unit, "low": span[0], "high": span[1]}
+    return {"key": name, "name": NAMES[name], "unit": format_unit(unit), "low": span[0], "high": span[1]}
 
 
 def _list_colours() -> dict[str, Any]:
