@@ -19,6 +19,7 @@ from .composition.compose import job_overrides, validate
 from .errors import Diverged, FailedBefore, LeaseLost, NoSolver, SnowreproError, StoreError
 from .foreign import Unreadable, is_plain_file
 from .mpm import ledger
+from .progress import show_progress
 from .settings.config import Config
 from .store import lease, states
 from .store.files import require_writable
@@ -40,12 +41,21 @@ def simulate(
     config: Config,
     on_frame: Callable[["Progress"], None] | None = None,
     resume: Mapping[str, np.ndarray] | None = None,
+    progress: bool = False,
 ) -> xr.Dataset:
     """Simulate one run, in memory alone; see ``simulate_case`` for what is returned and raised.
 
-    Raises NoSolver where Taichi is not installed.
+    ``progress``: whether to show a bar, on a terminal or in a notebook.  Raises NoSolver where Taichi is not installed.
     """
-    dataset = _solver().simulate_case(config.case, on_frame, resume, config.execution.threads)
+    solver = _solver()
+    with show_progress("frame", config.case.frames, is_hidden=not progress) as update:
+
+        def note_frame(now: "Progress") -> None:
+            update(now.frame, now.frames)
+            if on_frame:
+                on_frame(now)
+
+        dataset = solver.simulate_case(config.case, note_frame, resume, config.execution.threads)
     return dataset.assign_attrs(config=json.dumps(config.settings()))
 
 
