@@ -9,18 +9,31 @@ os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
 if TYPE_CHECKING:
     from .composition.compose import compose
     from .evidence.collect import open_sweep, sweep_table
+    from .notebook.animate import animate
+    from .notebook.plot import plot
+    from .notebook.show import show
+    from .notebook.sweeping import run_sweep
     from .run import simulate
     from .store.run import open_run
     from .summary.classify import classify
     from .summary.row import summarise
 
-__all__ = ["classify", "compose", "open_run", "open_sweep", "simulate", "summarise", "sweep_table"]
+    __version__: str
+
+__all__ = [
+    "__version__", "animate", "classify", "compose", "open_run", "open_sweep", "plot", "run_sweep", "show", "simulate",
+    "summarise", "sweep_table",
+]  # fmt: skip
 
 _HOMES = {
+    "animate": ".notebook.animate",
     "classify": ".summary.classify",
     "compose": ".composition.compose",
     "open_run": ".store.run",
     "open_sweep": ".evidence.collect",
+    "plot": ".notebook.plot",
+    "run_sweep": ".notebook.sweeping",
+    "show": ".notebook.show",
     "simulate": ".run",
     "summarise": ".summary.row",
     "sweep_table": ".evidence.collect",
@@ -29,6 +42,13 @@ _HOMES = {
 
 def __getattr__(name: str) -> Any:
     """Import on first use, so that ``import snowrepro`` does not start Taichi."""
+    if name == "__version__":
+        return import_module(".version", __name__).find_version()
     if name not in _HOMES:
         raise AttributeError(f"module 'snowrepro' has no attribute '{name}'")
     return getattr(import_module(_HOMES[name], __name__), name)
+
+
+def __dir__() -> list[str]:
+    """What the package offers, whether it was used already or not."""
+    return list(__all__)

@@ -20,6 +20,7 @@ from .composition.compose import job_overrides, validate
 from .errors import Diverged, FailedBefore, LeaseLost, NoSolver, SnowreproError, StoreError
 from .foreign import Unreadable, is_plain_file
 from .mpm import home, ledger
+from .progress import show_progress
 from .settings.config import Config
 from .store import lease, states
 from .store.files import require_writable
@@ -41,21 +42,25 @@ def simulate(
     config: Config,
     on_frame: Callable[["Progress"], None] | None = None,
     resume: Mapping[str, np.ndarray] | None = None,
+    progress: bool = False,
 ) -> xr.Dataset:
     """Simulate one run, in memory alone; see ``simulate_case`` for what is returned and raised.
 
-    Raises NoSolver where Taichi is not installed, ConfigError where it computes on another device than was asked for.
+    ``progress``: whether to show a bar, on a terminal or in a notebook.  Raises NoSolver where Taichi is not installed,
+    ConfigError where it computes on another device than was asked for.
     """
     solver, device = _solver(), _device()
-
-    def check(progress: "Progress") -> None:
-        """See that the frame was computed where it should be, and pass it on."""
-        device.require_device(config.case.solver.device)
-        if on_frame:
-            on_frame(progress)
-
     warn_of_settings_left_out()
-    dataset = solver.simulate_case(config.case, check, resume, config.execution.threads)
+    with show_progress("frame", config.case.frames, is_hidden=not progress) as update:
+
+        def note_frame(now: "Progress") -> None:
+            """See that the frame was computed where it should be, and pass it on."""
+            device.require_device(config.case.solver.device)
+            update(now.frame, now.frames)
+            if on_frame:
+                on_frame(now)
+
+        dataset = solver.simulate_case(config.case, note_frame, resume, config.execution.threads)
     return dataset.assign_attrs(config=json.dumps(config.settings()))
 
 

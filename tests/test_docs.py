@@ -148,7 +148,8 @@ def run_page(page: Path, folder: Path, environment: dict[str, str]) -> None:
         assert done.returncode == 0, said
 
 
-RUNNING = [page for page in PAGES if any(block.is_run for block in blocks(page))]
+ONE_PROGRAM = DOCS / "notebook.md"  # its blocks are the cells of a notebook, which tests/test_notebook.py runs
+RUNNING = [page for page in PAGES if page != ONE_PROGRAM and any(block.is_run for block in blocks(page))]
 
 
 @pytest.mark.nightly

@@ -11,8 +11,10 @@ import snowrepro
 
 PACKAGE = Path(snowrepro.__file__).parent
 ROOMS = (
-    "errors", "units", "quantities", "sources", "text", "foreign", "settings", "composition", "physics", "scene", "mpm",
-    "reference", "simulation", "store", "analysis", "summary", "run", "sweep", "evidence", "report", "checks", "cli",
+    "errors", "units", "quantities", "sources", "version", "text", "markup", "progress", "foreign", "settings",
+    "composition", "physics", "scene", "mpm", "reference",
+    "simulation", "store", "analysis", "summary", "run", "sweep", "evidence", "report", "notebook", "checks",
+    "cli",
 )  # fmt: skip
 ROOMS_OF_REPORT = ("document", "drawing", "sections", "figures", "viewer", "page", "film", "crate")
 DOORS = ("snowrepro", "snowrepro.__main__")  # lead to the rooms, and are led to from none

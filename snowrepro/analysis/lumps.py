@@ -10,13 +10,14 @@ import xarray as xr
 
 from ..errors import DataError
 from ..settings.analysis import Analysis
+from . import view
 from .bonds import BondHistory, Bonds, Extremes, lay_bonds
 from .definitions import DEFINITIONS
 from .fragments import Fragments, make_fragments, tabulate_fragments, trace_ancestry
 from .motion import Motion, require_frames
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Classification:
     """Lumps and powder of particles in chosen frames.
 
@@ -80,6 +81,16 @@ class Classification:
         return pd.concat(
             [tabulate_fragments(fragments, self.motion) for fragments in self.fragments], ignore_index=True
         )
+
+    def __repr__(self) -> str:
+        return f"<Classification of frame {self.last.frame}: {view.describe_lumps(self.measures())}>"
+
+    def _repr_html_(self) -> str:
+        """Return the fragments of the last chosen frame as HTML, for notebooks."""
+        title = f"Lumps and powder in frame {self.last.frame}"
+        fragments = tabulate_fragments(self.last, self.motion)
+        fragments["mass"] /= self.motion.mass.sum()
+        return view.make_html(title, self.measures(), fragments, self.motion.unit, self.assumed)
 
     def to_dataset(self) -> xr.Dataset:
         """Return fragment ids by particle and frame, and bonds with their extreme strains, as a Dataset for a file."""

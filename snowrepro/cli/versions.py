@@ -1,11 +1,8 @@
 """``snowrepro --version``."""
 
-from importlib.metadata import PackageNotFoundError, version
+from ..version import find_version
 
 
 def read_version() -> str:
     """The program's name and the version that is installed."""
-    try:
-        return f"snowrepro {version('snowrepro')}"
-    except PackageNotFoundError:
-        return "snowrepro, not installed"
+    return f"snowrepro {find_version()}"

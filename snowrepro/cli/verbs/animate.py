@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ...composition import compose, overrides
-from ...errors import ConfigError, ExitCode, StoreError
+from ...errors import ConfigError, ExitCode
 from ...report.figures import kinds
 from ...report.film import animation
-from ...store import files, states
+from ...store import files
 from ...store import run as store_run
 from ...sweep import explain, record
 from ...sweep import plan as sweep_plan
@@ -84,13 +84,13 @@ def _find_shown(words: Sequence[str]) -> "list[animation.AnimatedRun]":
     sweeps = record.list_sweeps(store)
     if any("=" in word and word not in sweeps and not Path(word).exists() for word in words):
         words[0] = record.find_sweep(words[0], store, words[1:]) or words[0]
-        shown = [_show_run(run) for run in _plan_runs(words, store, sweeps)]
+        shown = [animation.look_up_run(run) for run in _plan_runs(words, store, sweeps)]
     else:
         words = [record.find_sweep(word, store) or word for word in words]
         shown = [each for word in words for each in _show_name(word, store, sweeps)]
-    if not any(each.path for each in shown):
+    if not any(each.result for each in shown):
         raise ConfigError(_explain_nothing(shown, words, sweeps))
-    return list({(each.run.id, each.path): each for each in shown}.values())
+    return list({(each.run.id, each.result): each for each in shown}.values())
 
 
 def _plan_runs(words: Sequence[str], store: str, sweeps: Sequence[str]) -> "Sequence[store_run.Run]":
@@ -106,24 +106,11 @@ def _plan_runs(words: Sequence[str], store: str, sweeps: Sequence[str]) -> "Sequ
 def _show_name(word: str, store: str, sweeps: Sequence[str]) -> "list[animation.AnimatedRun]":
     """The run of a file or an id, or the runs of a sweep."""
     if word in sweeps:
-        return [_show_run(run) for run in record.plan_remembered(word, store).runs]
+        return [animation.look_up_run(run) for run in record.plan_remembered(word, store).runs]
     if not Path(word).exists():
-        return [_show_run(explain.run_named(word, store))]
+        return [animation.look_up_run(explain.run_named(word, store))]
     with store_run.open_run(word) as dataset:
         return [animation.AnimatedRun(store_run.Run(compose.config_of(dataset)), Path(dataset.encoding["source"]))]
-
-
-def _show_run(run: "store_run.Run") -> "animation.AnimatedRun":
-    """A run of the store with its result, or the reason why it has none."""
-    standing = states.standing(run)
-    if standing.state == states.DONE:
-        try:
-            run.open().close()
-        except StoreError as error:
-            return animation.AnimatedRun(run, None, f"{states.BROKEN}: {error}")
-        return animation.AnimatedRun(run, run.result)
-    reason = standing.reason if standing.state == states.PENDING else f"{standing.state}: {standing.reason}"
-    return animation.AnimatedRun(run, None, reason)
 
 
 def _explain_nothing(shown: "Sequence[animation.AnimatedRun]", words: Sequence[str], sweeps: Sequence[str]) -> str:

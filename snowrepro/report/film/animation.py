@@ -1,12 +1,15 @@
 """Runs in motion: one alone or several in a grid, synchronous in time."""
 
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 
-from ...errors import ConfigError
+from ...errors import ConfigError, StoreError
+from ...store import states
 from ...store.run import Run, open_run
 from ..drawing.colouring import COLOURINGS, make_scale
 from ..drawing.common import get_panel_size, own_style
@@ -24,11 +27,16 @@ IN_WORDS = {"snow": "snow", "fragment": "by fragment"}
 
 @dataclass(frozen=True)
 class AnimatedRun:
-    """A run to animate: its result, or None and the reason why there is none."""
+    """A run to animate: its result, as a file or in memory, or None and the reason why there is none."""
 
     run: Run
-    path: Path | None
+    result: Path | xr.Dataset | None
     reason: str = ""
+
+    def open(self) -> AbstractContextManager[xr.Dataset]:
+        """Open the result, which must be there, for as long as the context lasts."""
+        assert self.result is not None
+        return nullcontext(self.result) if isinstance(self.result, xr.Dataset) else open_run(self.result)
 
 
 @dataclass(frozen=True)
@@ -47,6 +55,19 @@ class AnimationSettings:
     width: int = 1080
 
 
+def look_up_run(run: Run) -> AnimatedRun:
+    """Look up a run of the store: with its result, or with the reason why it has none."""
+    standing = states.standing(run)
+    if standing.state == states.DONE:
+        try:
+            run.open().close()
+        except StoreError as error:
+            return AnimatedRun(run, None, f"{states.BROKEN}: {error}")
+        return AnimatedRun(run, run.result)
+    reason = standing.reason if standing.state == states.PENDING else f"{standing.state}: {standing.reason}"
+    return AnimatedRun(run, None, reason)
+
+
 @own_style()
 def animate(
     animated_runs: Sequence[AnimatedRun],
@@ -62,7 +83,7 @@ def animate(
     """
     require_writer(path)
     _check_settings(settings)
-    times, fps = _choose_times([animated for animated in animated_runs if animated.path], settings)
+    times, fps = _choose_times([animated for animated in animated_runs if animated.result is not None], settings)
     panels = _make_panels(animated_runs, settings, times)
     scale = make_scale([panel.snow.colouring for panel in panels if panel.snow])
     stage = Stage(panels, _make_title(animated_runs, settings), scale, settings.width)
@@ -104,8 +125,7 @@ def _choose_times(animated_runs: Sequence[AnimatedRun], settings: AnimationSetti
 def _read_times(animated: AnimatedRun, start: int | None) -> np.ndarray:
     """Read the times [s] of a run's stored states from the frame ``start`` on; None: from late in the pressing on."""
     first = FIRST * animated.run.case.loading.press_frames if start is None else start
-    assert animated.path is not None
-    with open_run(animated.path) as dataset:
+    with animated.open() as dataset:
         return dataset["snapshot_time"].values[dataset["snapshot"].values >= first]
 
 
@@ -128,9 +148,9 @@ def _make_panels(animated_runs: Sequence[AnimatedRun], settings: AnimationSettin
 
 def _make_panel(animated: AnimatedRun, colour_by: str, label: str, cell: tuple[int, int], times: np.ndarray) -> Panel:
     """Make a panel with the states of one run that are shown at one of these times."""
-    if animated.path is None:
+    if animated.result is None:
         return Panel(animated.run, label, cell, reason=animated.reason)
-    with open_run(animated.path) as dataset:
+    with animated.open() as dataset:
         times_stored = dataset["snapshot_time"].values
         states_shown = np.unique(find_last_state(times_stored, times))
         states = dataset.isel(snapshot=states_shown)
