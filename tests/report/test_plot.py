@@ -60,7 +60,7 @@ def test_seeds_are_points_and_their_means_lines(swept):
 def test_what_is_not_named_is_chosen(sweep):
     """The first setting that varies in numbers, the lumps, and sintering."""
     assert plot.assign_roles(sweep) == plot.Roles("pressure", "lump_fraction", "sintering")
-    assert plot.assign_roles(sweep, panel="sintering").colour == ""
+    assert plot.assign_roles(sweep, panel="sintering").colour == "reading_gravity"
     assert columns.list_steered(sweep) == ["pressure", "reading_gravity"]
 
 
@@ -75,12 +75,20 @@ def test_a_setting_is_named_as_it_is_typed(sweep):
 
 def test_panels_and_names_along_the_axis(sweep):
     """A panel for each gravity with the same axes; names have ticks, and means that are not joined."""
-    figure = plot.draw_columns(sweep, plot.assign_roles(sweep, x="sintering", colour="pressure", panel="reading.gravity"))
+    figure = plot.draw_columns(
+        sweep, plot.assign_roles(sweep, x="sintering", colour="pressure", panel="reading.gravity")
+    )
     assert [ax.get_title() for ax in figure.axes] == ["reading.gravity 10", "reading.gravity 20"]
     for ax in figure.axes:
         assert [tick.get_text() for tick in ax.get_xticklabels()] == ["paper", "none"]
         assert {line.get_linestyle() for line in ax.lines} == {"None"}
     assert "dashes: means over 2 seeds" in figure.get_supxlabel()
+
+
+def test_seeds_that_are_drawn_are_not_averaged(sweep):
+    """Each has lines of its own."""
+    (ax,) = plot.draw_columns(sweep, plot.assign_roles(sweep, colour="seed")).axes
+    assert len(ax.lines) == 8 and len({line.get_color() for line in ax.lines}) == 2
 
 
 def test_what_was_measured_is_joined_by_no_line(sweep):

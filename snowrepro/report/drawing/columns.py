@@ -101,9 +101,9 @@ def list_steered(sweep: CollectedSweep) -> list[str]:
     return [name for name in varied if is_number(sweep, name)] or varied[:1] or ["pressure"]
 
 
-def choose_colour(sweep: CollectedSweep, x: str) -> str:
-    """Choose the setting that colours tell apart where results are drawn over ``x``; empty if nothing else varies."""
-    others = [name for name in sweep.varied if name not in ("seed", x)]
+def choose_colour(sweep: CollectedSweep, *drawn: str) -> str:
+    """Choose the setting that colours tell apart, beside those that are ``drawn`` otherwise; empty if none varies."""
+    others = [name for name in sweep.varied if name not in ("seed", *drawn)]
     names = [name for name in others if not is_number(sweep, name)]
     return next(iter([*(["sintering"] if "sintering" in names else []), *names, *others]), "")
 

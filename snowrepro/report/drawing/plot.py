@@ -14,6 +14,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator, NullLocator, ScalarFormatter
 
 from ...errors import ConfigError
 from ...evidence.collect import CollectedSweep, collect_sweep
@@ -29,6 +30,7 @@ ALONE, NO_VALUE = "#307a78", "0.8"  # colours: where there is one for all, and o
 MOST_NAMED = 8  # values with a colour of their own in the legend; of more numbers there is a scale
 MOST_PANELS = 24
 COLUMNS = 3  # of panels
+LEAST_GAP = 0.13  # between ticks, part of the axis
 FORMATS = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}  # and what is not written
 # Same drawing, same bytes; text in a PDF stays text.
 SAVED: dict[Any, Any] = {"svg.hashsalt": "snowrepro", "pdf.fonttype": 42}
@@ -76,8 +78,7 @@ def assign_roles(
     x = find_column(sweep, x) if x else list_steered(sweep)[0]
     y = find_column(sweep, y) if y else ("lump_fraction" if "lump_fraction" in sweep.columns else "hardness")
     colour, panel = (find_column(sweep, name) if name else "" for name in (colour, panel))
-    if not colour and not panel:
-        colour = choose_colour(sweep, x)
+    colour = colour or choose_colour(sweep, x, panel)
     wrong = sorted(set(log) - set("xy"))
     if wrong:
         raise ConfigError(f"log: should be x, y or xy (got {quote(log)})")
@@ -116,7 +117,7 @@ def draw_measures(sweep: CollectedSweep, x: str, measures: Sequence[str], colour
         draw_points(ax, points, colours, choose_mark(sweep, roles))
         set_scales(ax, sweep, roles)
         ax.set_title(textwrap.fill(label_column(sweep, measure), 40), fontsize=10)
-    figure.supxlabel(label_column(sweep, x), fontsize=10)
+        ax.set_xlabel(label_column(sweep, x), fontsize=9)
     _add_key(figure, grid, colours, sweep, colour)
     return figure
 
@@ -124,7 +125,8 @@ def draw_measures(sweep: CollectedSweep, x: str, measures: Sequence[str], colour
 def make_points(sweep: CollectedSweep, roles: Roles) -> pd.DataFrame:
     """Tabulate x, y, colour and panel of each run, and the number of its ``line``; NaN where there is no value.
 
-    Names on the x axis are numbered in their order.  Runs on one line differ in x and in their seed alone.
+    Names on the x axis are numbered in their order.  Runs on one line differ in x alone, and in their seed if nothing
+    else is drawn by it.
     """
     table = pd.DataFrame({role: read_values(sweep, getattr(roles, role)) for role in ("x", "y")})
     for role in ("colour", "panel"):
@@ -133,8 +135,13 @@ def make_points(sweep: CollectedSweep, roles: Roles) -> pd.DataFrame:
     if not is_number(sweep, roles.x):
         table["x"] = pd.factorize(table["x"])[0].astype(float)
         table.loc[table["x"] < 0, "x"] = np.nan
-    others = [name for name in sweep.varied if name not in ("seed", roles.x)]
+    others = [name for name in sweep.varied if name != roles.x and not (name == "seed" and _averages_seeds(roles))]
     return table.assign(line=sweep.table.groupby(others, sort=False).ngroup() if others else 0)
+
+
+def _averages_seeds(roles: Roles) -> bool:
+    """Whether means are over seeds: not where the seed itself is drawn as something."""
+    return "seed" not in (roles.x, roles.colour, roles.panel)
 
 
 def choose_mark(sweep: CollectedSweep, roles: Roles) -> str:
@@ -159,18 +166,29 @@ def draw_points(ax: Axes, points: pd.DataFrame, colours: Mapping[Hashable, Any],
 
 def set_scales(ax: Axes, sweep: CollectedSweep, roles: Roles) -> None:
     """Set limits, scales and ticks of a panel: names as they are, few values of a setting each with a tick."""
-    different = list(read_values(sweep, roles.x).dropna().unique())
     for axis in roles.log:
         ax.set(**{f"{axis}scale": "log"})
+        values = read_values(sweep, getattr(roles, axis))
+        if not spans_far(values):  # less than a decade: ticks at powers of ten would be too few
+            getattr(ax, f"{axis}axis").set_major_locator(MaxNLocator(5))
+            getattr(ax, f"{axis}axis").set_major_formatter(ScalarFormatter())
+            getattr(ax, f"{axis}axis").set_minor_locator(NullLocator())
+    different = list(read_values(sweep, roles.x).dropna().unique())
     if not is_number(sweep, roles.x):
         names = [textwrap.shorten(escape_label(value), 24, placeholder="...") for value in different]
         ax.set_xticks(range(len(names)), names, rotation=30 if len("".join(names)) > 24 else 0)
         ax.set_xlim(-0.5, len(names) - 0.5)
-    elif "x" in roles.log and roles.x in sweep.dims and len(different) <= 5:
+    elif roles.x in sweep.dims and _lie_apart(different, "x" in roles.log):
         ax.set_xticks(different, [f"{value:g}" for value in different])
-        ax.minorticks_off()
+        ax.xaxis.set_minor_locator(NullLocator())
     if roles.y in PARTS and "y" not in roles.log:
         ax.set_ylim(-0.04, 1.04)
+
+
+def _lie_apart(values: Sequence[float], in_log: bool) -> bool:
+    """Whether numbers are few, and lie so far apart on an axis that each can have a tick."""
+    places = np.sort(np.log(values) if in_log else np.asarray(values, dtype=float))
+    return len(places) <= 6 and bool((np.diff(places) >= LEAST_GAP * (places[-1] - places[0])).all())
 
 
 def spans_far(values: pd.Series) -> bool:
@@ -210,7 +228,7 @@ def describe_points(sweep: CollectedSweep, roles: Roles) -> str:
     """Say what points and lines are, and which runs are not among them, in a few words below a picture."""
     drawn_as = {"-": "lines", "_": "dashes", "": ""}[choose_mark(sweep, roles)]
     seeds = len(sweep.table["seed"].unique())
-    means = f"{drawn_as}: means over {seeds} seeds" if drawn_as and seeds > 1 and roles.x != "seed" else ""
+    means = f"{drawn_as}: means over {seeds} seeds" if drawn_as and seeds > 1 and _averages_seeds(roles) else ""
     return "; ".join(filter(None, ["points: runs", means, describe_lacking(sweep, roles)]))
 
 
@@ -262,7 +280,7 @@ def _make_grid(count: int, shared: bool) -> tuple[Figure, list[Axes]]:
     most = COLUMNS if shared else 2
     columns = min(count, most)
     rows = -(-count // columns)
-    size = (6.4, 4.6) if count == 1 else (2.9 * columns + 0.8 if shared else 3.5 * columns, 2.5 * rows + 1.1)
+    size = (6.4, 4.6) if count == 1 else (2.9 * columns + 0.8 if shared else 3.5 * columns, 2.7 * rows + 1.0)
     figure = Figure(figsize=size, layout="constrained")
     grid = list(figure.subplots(rows, columns, squeeze=False, sharex=shared, sharey=shared).flat)
     for ax in grid[count:]:
@@ -286,6 +304,6 @@ def _add_key(
         Line2D([], [], color=colour, marker="o", ms=5, label=escape_label(value)) for value, colour in colours.items()
     ]
     figure.legend(
-        handles=handles, title=label, loc="outside upper center", ncols=min(len(handles), 5), frameon=False, fontsize=9,
+        handles=handles, title=label, loc="outside upper left", ncols=min(len(handles), 5), frameon=False, fontsize=9,
         title_fontsize=9,
     )  # fmt: skip

@@ -8,7 +8,7 @@ from ...evidence.collect import CollectedSweep
 from ...evidence.gather import Evidence
 from ...store import states
 from ...text import make_cells
-from ..document import NO_RESULT, Block, FigureContent, Fold, Heading, Picture, Table, escape, format_cell, format_code
+from ..document import NO_RESULT, Block, FigureContent, Fold, Heading, Picture, Table, escape, format_code, join_names
 from ..drawing.columns import (
     choose_colour,
     describe_cell,
@@ -76,9 +76,9 @@ def _draw_responses(evidence: Evidence) -> list[Block]:
         save_figure(draw_measures(sweep, x, measures, colour), evidence.folder / file)
         names = ", ".join(label_column(sweep, measure) for measure in measures)
         scale = ", on a logarithmic scale" if spans_far(read_values(sweep, x)) else ""
-        colours = f", a colour for each {escape(sweep.key_of(colour))}" if colour else ""
-        rest = [escape(sweep.key_of(name)) for name in sweep.varied if name not in (x, colour, "seed")]
-        lines = f" A line for each {' and '.join(rest)}." if rest else ""
+        colours = f"; colours: {format_code(sweep.key_of(colour))}" if colour else ""
+        rest = [format_code(sweep.key_of(name)) for name in sweep.varied if name not in (x, colour, "seed")]
+        lines = f" Of each colour there is a line for each value of {join_names(rest, 'and')}." if rest else ""
         points = describe_points(sweep, Roles(x, measures[0], colour))
         caption = f"Results over {format_code(key)}{scale}{colours}.{lines} {points[0].upper()}{escape(points[1:])}."
         blocks.append(Picture(file, f"Panels over {key}: {names}.", caption, data=RESULTS))
@@ -106,8 +106,15 @@ def _format_spread(values: pd.Series) -> str:
     known = values.dropna().astype(float)
     if known.empty:
         return "-"
-    mean, low, high = (format_cell(float(number)) for number in (known.mean(), known.min(), known.max()))
+    mean, low, high = (_format_number(number) for number in (known.mean(), known.min(), known.max()))
     return mean if low == high else f"{mean} ({low} to {high})"
+
+
+def _format_number(number: float) -> str:
+    """Write a number that was measured: three decimals of a part, four digits of others, no decimals of thousands."""
+    if abs(number) <= 1:
+        return f"{number:.3f}"
+    return f"{number:.4g}" if abs(number) < 1000 else f"{number:.0f}"
 
 
 def _summarise(sweep: CollectedSweep) -> str:
@@ -119,8 +126,8 @@ def _summarise(sweep: CollectedSweep) -> str:
     name = f"{label[0].upper()}{label[1:]}"
     low, high = means.idxmin(), means.idxmax()
     if len(means) == 1 or means[low] == means[high]:
-        return f"{name}: {format_cell(float(means.iloc[0]))}."
-    first, last = (f"{format_cell(float(means[cell]))} ({cell})" for cell in (low, high))
+        return f"{name}: {_format_number(means.iloc[0])}."
+    first, last = (f"{_format_number(means[cell])} ({cell})" for cell in (low, high))
     return f"{name}: from {first} to {last}."
 
 

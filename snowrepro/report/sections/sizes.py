@@ -37,12 +37,17 @@ def make_blocks(evidence: Evidence) -> list[Block]:
     if not curves:
         return []
     _draw_curves(curves, evidence)
-    tables = [curve.assign(run_id=evidence.sweep.table["run_id"].iloc[row]) for row, curve in curves.items()]
-    table = pd.concat(tables)[["run_id", "mass", "at_least"]]
-    make_cells(table[table["mass"] >= LEAST]).to_csv(
-        evidence.folder / PICTURE.data, index=False, float_format="%.4g", lineterminator="\n"
-    )
+    _write_curves(curves, evidence)
     return [Heading("Sizes of the fragments"), PICTURE]
+
+
+def _write_curves(curves: dict[int, pd.DataFrame], evidence: Evidence) -> None:
+    """Write the curves as drawn, a row for each mass that fragments of a run have."""
+    run_ids = evidence.sweep.table["run_id"]
+    table = pd.concat([curve.assign(run_id=run_ids.iloc[row]) for row, curve in curves.items()])
+    steps = table[table["mass"] >= LEAST].map(lambda cell: f"{cell:.4g}" if isinstance(cell, float) else cell)
+    steps = steps.drop_duplicates(["run_id", "mass"], keep="last")[["run_id", "mass", "at_least"]]
+    make_cells(steps).to_csv(evidence.folder / PICTURE.data, index=False, lineterminator="\n")
 
 
 def _read_curves(evidence: Evidence) -> dict[int, pd.DataFrame]:
@@ -99,7 +104,9 @@ def _make_panels(count: int) -> tuple[Figure, list[Axes]]:
         ax.tick_params(labelsize=9)
     for ax in axes[count:]:
         ax.set_visible(False)
-    figure.supxlabel("mass of a fragment, part of the body", fontsize=10)
+    for ax in axes[max(count - columns, 0) : count]:
+        ax.set_xlabel("mass of a fragment, part of the body", fontsize=9)
+        ax.tick_params(labelbottom=True)
     figure.supylabel("mass in fragments at least as heavy", fontsize=10)
     return figure, axes[:count]
 
@@ -109,5 +116,5 @@ def _add_legend(figure: Figure, colours: Mapping[Hashable, Any], title: str) -> 
     named = list(colours.items())[:: -(-len(colours) // MOST_NAMED)]
     lines = [Line2D([], [], color=colour, label=escape_label(value)) for value, colour in named]
     figure.legend(
-        handles=lines, title=title, loc="outside upper center", ncols=6, frameon=False, fontsize=9, title_fontsize=9
+        handles=lines, title=title, loc="outside upper left", ncols=6, frameon=False, fontsize=9, title_fontsize=9
     )

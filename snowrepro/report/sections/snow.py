@@ -1,12 +1,12 @@
 """Strips of the snow of any runs: a row for each cell of a sweep, a column for each time, coloured by fragment."""
 
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from ...evidence.gather import Evidence
 from ...settings.case import Case
@@ -19,15 +19,17 @@ from ..drawing.common import (
     colour_fragments,
     draw_background,
     draw_snow,
-    format_column_title,
     get_panel_size,
     save_figure,
 )
 
 MOST_ROWS = 12
-PANEL = 1.8  # width of a panel [inches]
+MOST_LETTERS = 60  # of what stands above a row
+PANEL = 1.1  # width of a small panel [inches]; all together fit on a phone
 LABEL = 0.28  # height of the line above a row [inches]
 TIMES = (0.0, 0.4, 1.0)  # of the way from the release to the end
+GAP = 0.02  # between panels [inches]
+SIZES = (1, 1, 2)  # of the panels: the end is large
 FILE = "snow.png"
 
 
@@ -52,9 +54,9 @@ def make_blocks(evidence: Evidence) -> list[Block]:
     tests = " Hardness tests are not shown." if any(run.case.indenter for run in evidence.runs) else ""
     picture = Picture(
         FILE,
-        f"Snow of {len(chosen)} runs, a row for each, at the release, on the way and at the end, coloured by fragment.",
-        f"Each lump has a colour, powder is grey. At the release, on the way and at the end; seed {seed}."
-        f"{left_out}{tests}",
+        f"Snow of {len(chosen)} runs, a row each: at the end, and small at the release and on the way, by fragment.",
+        f"Large: the snow at the end. Small: at the release, and on the way. Each lump has a colour, powder is grey. "
+        f"Seed {seed}.{left_out}{tests}",
     )
     return [Heading("The snow"), picture]
 
@@ -79,13 +81,18 @@ def _choose_rows(rows: Sequence[_Row]) -> list[_Row]:
 
 def draw_snow_rows(rows: Sequence[_Row], evidence: Evidence) -> None:
     """Draw a row for each run, with its label above it.  Scenes may differ; each row is as high as its scene."""
-    heights = [PANEL * get_panel_size(row.run)[1] / get_panel_size(row.run)[0] for row in rows]
-    size = (PANEL * len(TIMES) + 0.1, sum(heights) + LABEL * len(rows) + 0.1)
-    figure = Figure(figsize=size, layout=ConstrainedLayoutEngine(w_pad=0.01, h_pad=0.02, wspace=0.005, hspace=0.0))
-    grid = figure.subplots(len(rows), len(TIMES), squeeze=False, gridspec_kw={"height_ratios": heights})
-    for row, axes in zip(rows, grid, strict=True):
-        _draw_row(row, axes)
-        axes[0].set_title(escape_label(row.label), loc="left", fontsize=10)
+    heights = [2 * PANEL * get_panel_size(row.run)[1] / get_panel_size(row.run)[0] for row in rows]
+    width, top = 3 * PANEL + GAP, sum(heights) + LABEL * len(rows)
+    figure = Figure(figsize=(width, top))
+    size = np.array([width, top, width, top])
+    for row, height in zip(rows, heights, strict=True):
+        bottom, half = top - LABEL - height, (height - GAP) / 2
+        small = [(2 * PANEL + GAP, bottom + shift, PANEL, half) for shift in (half + GAP, 0.0)]
+        boxes = [*small, (0.0, bottom, 2 * PANEL, height)]
+        _draw_row(row, [figure.add_axes(tuple(np.array(box) / size)) for box in boxes])
+        label = textwrap.shorten(row.label, MOST_LETTERS, placeholder="...")
+        figure.text(0.005, (top - 0.55 * LABEL) / size[1], escape_label(label), fontsize=9, va="center")
+        top = bottom
     save_figure(figure, evidence.folder / FILE)
 
 
@@ -95,16 +102,17 @@ def _draw_row(row: _Row, axes: Sequence[Axes]) -> None:
     for ax in axes:
         draw_background(ax, run)
     if row.state != states.DONE:
-        axes[0].text(0.5, 0.5, row.state, transform=axes[0].transAxes, ha="center", color="white")
+        axes[-1].text(0.5, 0.5, row.state, transform=axes[-1].transAxes, ha="center", color="white")
         return
     with run.open() as dataset:
         fragments = classify(dataset, run.config.question.analysis, frames=frames).fragments
         places = [dataset["position"].sel(snapshot=frame).values for frame in frames]
-    points_per_unit = PANEL * 72 / get_panel_size(run)[0]
-    for ax, frame, where, colours in zip(axes, frames, places, colour_fragments(fragments), strict=True):
-        draw_snow(ax, run, where, points_per_unit, colours)
-        title = format_column_title(frame, run).replace("\n", ", ")
-        ax.text(0.5, 0.02, title, transform=ax.transAxes, ha="center", va="bottom", color="white", fontsize=8)
+    unit = PANEL * 72 / get_panel_size(run)[0]
+    drawn = zip(axes, frames, places, colour_fragments(fragments), SIZES, strict=True)
+    for ax, frame, where, colours, size in drawn:
+        draw_snow(ax, run, where, size * unit, colours)
+        text = f"frame {frame}" + (f", {frame * run.case.loading.frame_time:.1f} s" if size > 1 else "")
+        ax.text(0.5, 0.02, text, transform=ax.transAxes, ha="center", va="bottom", color="white", fontsize=8)
 
 
 def choose_frames(case: Case) -> list[int]:
