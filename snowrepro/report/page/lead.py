@@ -78,10 +78,12 @@ def describe_runs(evidences: Sequence[Evidence]) -> str:
         counts[standing.state] = counts.get(standing.state, 0) + 1
     done = counts.pop(states.DONE, 0)
     missing = "".join(f"; **{count} {state}**" for state, count in counts.items())
-    first = next(iter(runs.values()))
+    cases = [run.case for run in runs.values()]
+    readings = dict.fromkeys(format_code(case.reading.name) for case in cases)
+    fidelities = dict.fromkeys(format_code(case.fidelity.name) for case in cases)
     return (
-        f"{done} of {len(runs)} runs are done{missing}. Reading {format_code(first.case.reading.name)}, fidelity "
-        f"{format_code(first.case.fidelity.name)}. {_explain_units(first.case)}"
+        f"{done} of {len(runs)} runs are done{missing}. Reading {', '.join(readings)}, fidelity "
+        f"{', '.join(fidelities)}. {_explain_units(cases[0]) if len(readings) == 1 else ''}".rstrip()
     )
 
 

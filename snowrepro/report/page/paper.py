@@ -7,7 +7,7 @@ from pathlib import Path
 from ...composition.experiments import list_in_paper_order
 from ...evidence.gather import command_to_repeat
 from ...store.run import Run
-from ...sweep.plan import make_plan
+from ...sweep.plan import Plan, make_plan
 from ...sweep.record import add_remembered_seeds, find_records, name_sweep
 from ..document import Section, escape, format_code
 from ..drawing.common import own_style
@@ -22,23 +22,23 @@ COMMITTED = Path("reports")  # of a clone: what the project made itself
 
 @dataclass(frozen=True)
 class PlannedExperiment:
-    """An experiment of the paper's report.  ``overrides``, ``runs``: with every seed that was asked for."""
+    """An experiment of the paper's report.  ``plan``: with every seed that was asked for."""
 
-    overrides: tuple[str, ...]
-    runs: Sequence[Run]
+    plan: Plan
 
     @property
     def title(self) -> str:
         """Its title."""
-        experiment = self.runs[0].config.question.experiment
+        experiment = self.plan.experiment
         assert experiment is not None, "it was planned by the name of an experiment"
         return experiment.title
 
     @property
     def is_drawn(self) -> bool:
         """Whether it is drawn: a study without any run that was asked for is only mentioned."""
-        needed = needs_runs(self.runs)
-        return not needed or bool(find_records(self.overrides, self.runs[0].store)) or all(map(Run.is_done, self.runs))
+        runs = self.plan.runs
+        needed = needs_runs(runs)
+        return not needed or bool(find_records(self.plan.overrides, runs[0].store)) or all(map(Run.is_done, runs))
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class PlannedPaper:
 def plan_paper(overrides: Sequence[str], store: str) -> PlannedPaper:
     """Plan the report on all of the paper's experiments: their runs, and where it is written.  Raises ConfigError."""
     planned = [_plan_experiment([f"experiment={name}", *overrides], store) for name in list_in_paper_order()]
-    folder = Path(planned[0].runs[0].config.question.reports) / name_sweep(["experiment=paper", *overrides])
+    folder = Path(planned[0].plan.runs[0].config.question.reports) / name_sweep(["experiment=paper", *overrides])
     return PlannedPaper(tuple(planned), tuple(overrides), store, folder)
 
 
@@ -70,7 +70,7 @@ def write_paper(paper: PlannedPaper, tell: Callable[[str], None] = lambda line: 
     contents: list[ExperimentReport | Section] = []
     for number, each in enumerate(paper.experiments, 1):
         tell(f"drawing {each.title} ({number} of {len(paper.experiments)})")
-        contents.append(draw_experiment(each.runs, each.overrides) if each.is_drawn else _make_placeholder(each))
+        contents.append(draw_experiment(each.plan) if each.is_drawn else _make_placeholder(each.plan))
     tell("writing the pages")
     register = choices.make_section(paper.overrides, paper.store)
     drawn = [content for content in contents if isinstance(content, ExperimentReport)]
@@ -83,16 +83,15 @@ def write_paper(paper: PlannedPaper, tell: Callable[[str], None] = lambda line: 
 
 def _plan_experiment(overrides: Sequence[str], store: str) -> PlannedExperiment:
     """Plan an experiment with the seeds that it was asked for."""
-    seeded = add_remembered_seeds(overrides, store)
-    return PlannedExperiment(tuple(seeded), make_plan(seeded, multirun=False).runs)
+    return PlannedExperiment(make_plan(add_remembered_seeds(overrides, store), multirun=False))
 
 
-def _make_placeholder(experiment_plan: PlannedExperiment) -> Section:
+def _make_placeholder(plan: Plan) -> Section:
     """Make the section of an experiment that was not run: it names the command that runs it."""
-    experiment = experiment_plan.runs[0].config.question.experiment
+    experiment = plan.experiment
     assert experiment is not None
-    command = format_code(command_to_repeat(experiment_plan.overrides))
-    text = f"**Not run here.** {command} makes its {len(experiment_plan.runs)} runs and fills this section."
+    command = format_code(command_to_repeat(plan.overrides))
+    text = f"**Not run here.** {command} makes its {len(plan.runs)} runs and fills this section."
     if (COMMITTED / experiment.name / "index.md").is_file():
         text += f" The project's own result is in {format_code(f'{COMMITTED}/{experiment.name}/index.md')}."
     return Section(experiment.name, escape(experiment.title), [text], escape(experiment.says))
