@@ -67,7 +67,8 @@ def read_command_line(words: Sequence[str]) -> tuple[argparse.Namespace, list[st
 def build_parser(words: Sequence[str] | None = None) -> argparse.ArgumentParser:
     """The parser of a command line: all verbs, with the arguments of the one that ``words`` call, or else of all."""
     parser = argparse.ArgumentParser(
-        prog="snowrepro", description='Reproduce "Snow Simulation Considering Pressure Sintering".'
+        prog="snowrepro",
+        description='Reproduce "Snow Simulation Considering Pressure Sintering", in two dimensions as the paper does.',
     )
     parser.add_argument("--version", action=_PrintVersion, nargs=0, help="print the version and exit")
     verbs = parser.add_subparsers(required=True, metavar="command")

@@ -201,14 +201,14 @@ def test_it_plays_both_pictures_in_step(stepped):
     stepped.select_option("#viewer-speed", "0.2")
     canvas.press("Space")
     assert stepped.inner_text("#viewer-play") == "Stop"
-    times = [pass_tenth(stepped) for _ in range(10)]
+    times = [pass_moment(stepped) for _ in range(10)]
     assert len(set(times)) == 10
     canvas.press("Space")
     assert stepped.inner_text("#viewer-play") == "Play"
-    stopped = pass_tenth(stepped)
+    stopped = pass_moment(stepped)
     frames = [re.match(r"Frame (\d+)", stepped.inner_text(f"#viewer-caption-{side}"))[1] for side in ("left", "right")]
     assert frames[0] == frames[1]
-    assert pass_tenth(stepped) == stopped
+    assert pass_moment(stepped) == stopped
 
 
 def test_it_plays_to_the_end(opened, shown):
@@ -219,17 +219,17 @@ def test_it_plays_to_the_end(opened, shown):
     assert opened.input_value("#viewer-time") == str(len(shown[1]["frames"]) - 1)
 
 
-def pass_tenth(page) -> str:
-    """Let a tenth of a second pass on a ``stepped`` page, in two pictures; returns the time shown."""
-    page.evaluate("passTime(50), passTime(50)")
+def pass_moment(page) -> str:
+    """Let 90 ms pass on a ``stepped`` page, in two pictures, which ends at no frame; returns the time shown."""
+    page.evaluate("passTime(45), passTime(45)")
     return page.inner_text("#viewer-time-now")
 
 
-def played(page, tenths: int) -> list[str]:
-    """Play a ``stepped`` page, then stop; the time shown after each tenth of a second."""
+def played(page, moments: int) -> list[str]:
+    """Play a ``stepped`` page, then stop; the time shown after each moment."""
     page.click("#viewer-play")
     assert page.inner_text("#viewer-play") == "Stop"
-    seen = [pass_tenth(page) for _ in range(tenths)]
+    seen = [pass_moment(page) for _ in range(moments)]
     page.click("#viewer-play")
     return seen
 
@@ -239,11 +239,11 @@ def test_where_motion_is_unwanted_frames_change_one_by_one(stepped, shown):
     data = shown[1]
     frames = [f"frame {frame}, {second:.2f} s" for frame, second in zip(data["frames"], data["seconds"], strict=True)]
     stepped.emulate_media(reduced_motion="reduce")
-    stepwise = played(stepped, tenths=25)
+    stepwise = played(stepped, moments=25)
     assert list(dict.fromkeys(stepwise)) == frames[:4], "each frame in its turn and nothing between"
     assert min(stepwise.count(frame) for frame in frames[:3]) >= 6, "each stands for more than half a second"
     stepped.emulate_media(reduced_motion="no-preference")
-    smooth = played(stepped, tenths=5)
+    smooth = played(stepped, moments=5)
     assert len(set(smooth)) == 5 and not set(smooth) & set(frames), "else pictures do lie between two frames"
 
 

@@ -23,7 +23,7 @@ UNSINTERED = "0.45"
 CLAIMS_MOVED = "claims are moved by"
 NUMBERS_MOVED = "only numbers, beyond the range of the seeds, by"
 NOTHING_MOVED = "nothing beyond that range by"
-NOT_JUDGED = "not judged, as runs are missing:"
+NOT_JUDGED = "not judged, as runs failed or are missing:"
 
 
 def report(evidence: Evidence) -> FigureContent:
@@ -34,6 +34,7 @@ def report(evidence: Evidence) -> FigureContent:
     frame = pd.DataFrame([_make_row(variant, comparison) for variant in comparison.variants])
     make_cells(frame).to_csv(evidence.folder / "convergence.csv", index=False, float_format="%.6g", lineterminator="\n")
     draw_variants(comparison, evidence)
+    shown = pd.DataFrame([_make_shown_row(variant, comparison) for variant in comparison.variants])
     verdict = _summarise(comparison)
     picture = Picture(
         "convergence.png",
@@ -45,7 +46,7 @@ def report(evidence: Evidence) -> FigureContent:
     )
     blocks: list[Block] = [
         picture,
-        Table(pd.DataFrame([_make_shown_row(v, comparison, evidence.pressure_unit) for v in comparison.variants])),
+        Table(shown, f"Mass in lumps, with sintering by pressure [{evidence.pressure_unit}], without at most."),
         Fold("The same with particles, substeps and time", [Table(frame, data="convergence.csv")]),
         _explain_columns(comparison, evidence.runs[0].config.question.claims),
     ]
@@ -68,14 +69,14 @@ def _explain_columns(comparison: Comparison, claims: Claims) -> str:
     )
 
 
-def _make_shown_row(variant: Variant, comparison: Comparison, unit: str) -> dict[str, Any]:
+def _make_shown_row(variant: Variant, comparison: Comparison) -> dict[str, Any]:
     """Make the row of a variant that a page shows: in words, and with what became of runs without a result."""
     missing = describe_missing(variant)
     moves = ", ".join(f"{move:+.2f} at {pressure:g}" for pressure, move in comparison.find_moves(variant).items())
     return {
         "what was changed": escape(describe_change(variant)),
         **{
-            f"{pressure:g} {unit}": missing if math.isnan(lumps) else f"{lumps:.2f}"
+            f"at {pressure:g}": missing if math.isnan(lumps) else f"{lumps:.2f}"
             for pressure, lumps in variant.lumps.items()
         },
         "without sintering": missing if math.isnan(variant.unsintered_lumps) else f"{variant.unsintered_lumps:.2f}",
@@ -146,7 +147,7 @@ def draw_variants(comparison: Comparison, evidence: Evidence) -> None:
     """Draw a line for each variant, a dot for each pressure, and the range over seeds as bands."""
     variants = comparison.variants
     rows = range(len(variants))
-    figure = Figure(figsize=(9.0, 0.3 * len(variants) + 1.4), layout="constrained")
+    figure = Figure(figsize=(5.2, 0.44 * len(variants) + 1.6), layout="constrained")
     ax = figure.subplots()
     for colour, (pressure, band) in zip(COLOURS, comparison.spread.iterrows(), strict=False):
         ax.axvspan(band["least"], band["most"], color=colour, alpha=0.18, lw=0)
@@ -156,14 +157,15 @@ def draw_variants(comparison: Comparison, evidence: Evidence) -> None:
         [variant.unsintered_lumps for variant in variants], rows, "x", color=UNSINTERED, label="not sintered, the most"
     )
     ax.axvline(0.5, color="0.4", lw=0.8, ls=":")
-    ax.set(xlim=(-0.03, 1.03), ylim=(len(variants) - 0.5, -0.5), xlabel="mass in lumps")
-    ax.set_yticks(rows, [describe_change(variant) for variant in variants], fontsize=8)
+    ax.set(xlim=(-0.03, 1.03), ylim=(len(variants) - 0.7, -0.7), xlabel="mass in lumps")
+    ax.set_yticks([])
     for row, variant in zip(rows, variants, strict=True):
+        ax.text(0.0, row - 0.2, describe_change(variant), va="bottom", fontsize=9)  # so narrow that a phone shows all
+        ax.axhline(row + 0.3, color="0.92", lw=0.6)
         if missing := _describe_gaps(variant):
-            ax.text(1.02, row, missing, va="center", ha="right", fontsize=8, color="0.4")
-    ax.grid(axis="y", color="0.92", lw=0.6)
+            ax.text(1.02, row, missing, va="center", ha="right", fontsize=9, color="0.4")
     title = add_unit("pressure", evidence.pressure_unit)
-    figure.legend(loc="outside upper center", ncols=4, frameon=False, fontsize=8, title=title, title_fontsize=8)
+    figure.legend(loc="outside upper center", ncols=2, frameon=False, fontsize=9, title=title, title_fontsize=9)
     save_figure(figure, evidence.folder / "convergence.png")
 
 

@@ -2,6 +2,7 @@
 
 import itertools
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from ...mpm.ledger import CAUSES, WORKS
 from ...quantities import add_unit, format_unit
 from ...store.run import Run
 from ...text import make_cells
-from ..document import NO_RESULT, FigureContent, Picture, Table, escape, format_list
+from ..document import NO_RESULT, FigureContent, Picture, Table, escape
 from ..drawing.common import save_figure
 from .kinds import FigureKind
 
@@ -60,11 +61,11 @@ def report(evidence: Evidence) -> FigureContent:
     told = [
         _describe_stage(row, evidence.pressure_unit) for number in drawn for row in rows[2 * number : 2 * number + 2]
     ]
+    picture = replace(PICTURE, caption=" ".join([PICTURE.caption, *told]))
     momentum = max(_find_unclosed_momentum(ledger) for ledger in ledgers)
     return FigureContent(
         [
-            PICTURE,
-            format_list(told),
+            picture,
             TURNED_OVER,
             _format_shares(table, evidence.pressure_unit),
             _explain_ledger(momentum),
@@ -84,12 +85,17 @@ def _describe_stage(row: Mapping[str, Any], unit: str) -> str:
     """Describe one stage of a run in a sentence: which causes gave and took most.  ``row``: as of ``_make_rows``."""
     given = sorted(WORKS, key=lambda name: row[name])
     giver, taker = given[-1], given[0]
-    gave = f"{LABELS[giver]} gave most ({row[giver]:.0%})" if row[giver] > 0 else "nothing gave energy"
-    took = f"{LABELS[taker]} took most ({-row[taker]:.0%})" if row[taker] < 0 else "nothing took any"
+    gave = f"{LABELS[giver]} gave most ({100 * row[giver]:.0f} %)" if row[giver] > 0 else "nothing gave energy"
+    took = f"{LABELS[taker]} took most ({-100 * row[taker]:.0f} %)" if row[taker] < 0 else "nothing took any"
     return (
-        f"**{row['pressure']} {unit}, sintering {escape(row['sintering'])}, {row['stage']}**: {gave}, {took}; "
-        f"{row['unclosed']:.1%} of what was turned over is without a cause."
+        f"**{row['pressure']} {unit}, {escape(_name_kind(row['sintering']))}, {row['stage']}**: {gave}, {took}; of "
+        f"what was turned over {100 * row['unclosed']:.1f} % is without a cause."
     )
+
+
+def _name_kind(sintering: str) -> str:
+    """Name a kind of snow by its option of sintering."""
+    return {"paper": "with sintering", "none": "without sintering"}.get(sintering, f"sintering {sintering}")
 
 
 def _format_shares(table: pd.DataFrame, unit: str) -> Table:

@@ -198,7 +198,7 @@ def _tabulate_verdicts(verdicts: Sequence[Verdict]) -> pd.DataFrame:
             "effect [interval]": verdict.effect_text or "-",
             "seeds": verdict.seeds,
             "p": _format_p(verdict),
-            "tau [interval]": format_interval(verdict.tau) if verdict.tau else "-",
+            "τ [interval]": format_interval(verdict.tau) if verdict.tau else "-",
             "verdict": f"**{verdict.label}**",
             "against it": "; ".join(verdict.disagrees) or "-",
             "note": verdict.note or "-",
