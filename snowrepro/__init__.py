@@ -5,6 +5,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
+os.environ.setdefault("TI_ENABLE_PYBUF", "0")  # else Taichi tells every notebook about its streams
 
 if TYPE_CHECKING:
     from .composition.compose import compose

@@ -17,6 +17,7 @@ from ..store.run import Run, read_progress
 from ..sweep.plan import Plan, make_plan, split_seeds, with_seeds
 
 LOOK_SECONDS = 0.5  # between two looks at the store
+ORDERLY_SECONDS = 15.0  # that a sweep may take to end its runs
 
 
 def run_sweep(overrides: Sequence[str], progress: bool = True) -> xr.Dataset:
@@ -62,10 +63,18 @@ def _run_command(words: Sequence[str], plan: Plan, said: IO[bytes], progress: bo
             while _is_running(process):
                 update(sum(_count_frames(run, done) for run in runs), total)
         except BaseException:
-            process.send_signal(signal.SIGINT)
+            _end(process)
             raise
         update(sum(_count_frames(run, done) for run in runs), total)
         return process.returncode
+
+
+def _end(process: subprocess.Popen) -> None:
+    """Have the process of a sweep end in order; Ctrl-C reaches it too, so it is told only if it goes on."""
+    try:
+        process.wait(ORDERLY_SECONDS)
+    except subprocess.TimeoutExpired:
+        process.send_signal(signal.SIGINT)
 
 
 def _is_running(process: subprocess.Popen) -> bool:
