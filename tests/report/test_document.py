@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from snowrepro.report.document import Document, Fold, Pair, Picture, Section, Table, escape, format_code, relocate_block
 from snowrepro.report.page.html import link_data, render_inline, render_paragraphs
-from snowrepro.report.page.markdown import write_markdown
+from snowrepro.report.page.markdown import MOST_QUOTED, write_markdown, write_markdown_parts
 
 PRINTABLE = st.text(st.characters(codec="utf-8", exclude_categories=["C", "Z"], include_characters=" "), max_size=40)
 
@@ -92,3 +92,26 @@ def test_markdown_has_everything(tmp_path):
     parts += ["*Fig. 5.* How to read it. Data: [p.csv](p.csv).", "Numbers. Data: [t.csv](t.csv).", "Redo: `redo it`"]
     for part in parts:
         assert part in text
+
+
+def test_a_long_report_is_a_short_page_and_linked_parts(tmp_path):
+    """The first page has the summary and, for each part, a link and what the part begins with; long text is cut."""
+    long = "; ".join(["a finding"] * 60)
+    sections = [
+        Section("summary", "Summary", ["All is well."]),
+        Section("fig5", "Figure 5", ["**Six runs.**", Table(pd.DataFrame({"a": [1]}))]),
+        Section("fig6", "Figure 6", ["**Not run.** `snowrepro run experiment=fig6` makes it."]),
+        Section("laws", "Laws", [f"**{long}**"]),
+        Section("cost", "Cost", [Table(pd.DataFrame({"b": [2]}))]),
+    ]
+    write_markdown_parts(Document("A report", sections), tmp_path)
+    first = (tmp_path / "index.md").read_text()
+    assert "All is well." in first and "| a |" not in first
+    assert "- [Figure 5](fig5.md): Six runs.\n" in first
+    assert "- [Figure 6](fig6.md): **Not run.** `snowrepro run experiment=fig6` makes it.\n" in first
+    assert first.endswith("- [Cost](cost.md)\n")
+    (quoted,) = [line for line in first.splitlines() if "laws.md" in line]
+    assert quoted.endswith("a finding ...") and len(quoted) < MOST_QUOTED + 30
+    assert {path.name for path in tmp_path.iterdir()} == {"index.md", "fig5.md", "fig6.md", "laws.md", "cost.md"}
+    part = (tmp_path / "fig5.md").read_text()
+    assert part.startswith("[A report](index.md)\n\n## Figure 5\n\n**Six runs.**") and "| a |" in part

@@ -1,5 +1,6 @@
 """A report as Markdown, to be read where the code is kept."""
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -8,7 +9,7 @@ import pandas as pd
 from ...store.files import published
 from ..document import Block, Document, Fold, Heading, Pair, Picture, Section, Table, escape, format_cell, format_code
 
-MOST_QUOTED = 300  # letters of a section's result in a list of contents
+LEAST_QUOTED, MOST_QUOTED = 100, 300  # letters of a section's result in a list of contents
 
 
 def write_markdown(document: Document, path: Path) -> None:
@@ -37,11 +38,13 @@ def write_markdown_parts(document: Document, folder: Path) -> None:
 def _quote_result(section: Section) -> str:
     """Quote what a section begins with, behind its title in a list; cut where it is long, empty if it is no text."""
     first = section.blocks[0] if section.blocks else ""
-    if not isinstance(first, str) or "\n" in first:
+    if not isinstance(first, str) or not first or "\n" in first:
         return ""
-    text = first.strip("*")
-    end = text.rfind("; ", 0, MOST_QUOTED) if len(text) > MOST_QUOTED else len(text)
-    return f": {text[:end]}{' ...' * (end < len(text))}" if end > 0 else ""
+    text = re.sub(r"^\*\*((?:(?!\*\*).)+)\*\*$", r"\1", first)  # all of it bold
+    if len(text) <= MOST_QUOTED or re.search(r"\*\*|`", text):  # a cut could leave bold or code open
+        return f": {text}"
+    end = max(text.rfind(sign, LEAST_QUOTED, MOST_QUOTED) for sign in ("; ", ". "))
+    return f": {text[: end if end > 0 else text.rfind(' ', 0, MOST_QUOTED)]} ..."
 
 
 def _write_lines(lines: Sequence[str], path: Path) -> None:
