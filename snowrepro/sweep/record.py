@@ -204,8 +204,14 @@ def _explain_missing(word: str, store: str | Path, more: Sequence[str] = ()) -> 
 
 
 def merge_overrides(overrides: Sequence[str], more: Sequence[str]) -> list[str]:
-    """Overrides with ``more``, which take the places of those of the same key."""
-    return list({each.partition("=")[0]: each for each in (*overrides, *more)}.values())
+    """Overrides with ``more``, which take the places of those of the same key; without more, as they are."""
+    new = {each.partition("=")[0]: each for each in more}
+    merged: list[str] = []
+    for each in overrides:
+        placed = new.get(each.partition("=")[0], each)
+        if placed is each or placed not in merged:
+            merged.append(placed)
+    return [*merged, *(each for each in new.values() if each not in merged)]
 
 
 def plan_remembered(word: str, store: str | Path, more: Sequence[str] = ()) -> Plan:

@@ -108,3 +108,6 @@ def test_further_overrides_take_the_places_of_those_of_their_key():
     """So that a sweep is not named by what it is not."""
     merged = record.merge_overrides(["experiment=fig5", "seed=0,1", "pressure=500"], ["seed=3", "floor=L"])
     assert merged == ["experiment=fig5", "seed=3", "pressure=500", "floor=L"]
+    twice = ["fidelity=preview", "seed=1", "fidelity=paper"]
+    assert record.merge_overrides(twice, ["floor=L"]) == [*twice, "floor=L"]
+    assert record.merge_overrides(twice, ["fidelity=fine", "seed=1"]) == ["fidelity=fine", "seed=1"]
