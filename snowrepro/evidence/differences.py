@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from ..errors import ConfigError
+from ..errors import ConfigError, StoreError
 from ..foreign import parse_json
 from ..settings.config import NOT_RECORDED
 from ..store import manifest
-from ..store.run import open_run
+from ..store.run import find_result, open_run
 from ..summary.columns import CASE_COLUMNS, COST_COLUMNS
 from ..summary.row import summarise
 from ..sweep import record
@@ -102,7 +102,17 @@ def describe_differences(a: str, b: str, store: str | Path = "runs") -> list[str
     if sweeps:
         other = b if record.find_sweep(a, store) else a
         raise ConfigError(f"'{sweeps[0]}' is a sweep and '{other}' is none: name two runs or two sweeps")
+    for word in (a, b):
+        _require_run(word, store)
     return describe_run_differences(compare_runs(a, b, store))
+
+
+def _require_run(name: str, store: str | Path) -> None:
+    """Raise StoreError where there is no such run, with the sweeps that may be meant."""
+    try:
+        find_result(name, store)
+    except StoreError as error:
+        raise StoreError(f"{error}; sweeps are: {record.name_nearest(name, store)}") from error
 
 
 def compare_runs(a: str | Path, b: str | Path, store: str | Path = "runs") -> RunDifferences:

@@ -118,7 +118,7 @@ def _fill_crate(crate: Path, name: str, store: str | Path, terms: Terms, reports
         title, runs = f"sweep {sweep}", _list_runs(sweep, store)
         missing_runs = _copy_sweep(crate, sweep, store, reports)
     else:
-        runs = [_find_run(name, store)]
+        runs = [run_named(name, store, or_sweep=True)]
         title, missing_runs = f"run {runs[0].id}", ""
     copied_runs = [copied for run in runs if (copied := _copy_run(crate, run))]
     if not copied_runs:
@@ -126,14 +126,6 @@ def _fill_crate(crate: Path, name: str, store: str | Path, terms: Terms, reports
     graph = _make_graph(crate, title, copied_runs, missing_runs, terms)
     write_json(crate / METADATA, {"@context": f"{RO_CRATE}/context", "@graph": graph})
     return missing_runs
-
-
-def _find_run(name: str, store: str | Path) -> Run:
-    """Find a run by its id.  Raises ConfigError, with the names of all sweeps."""
-    try:
-        return run_named(name, store)
-    except ConfigError as error:
-        raise ConfigError(f"{error}; sweeps are: {', '.join(record.list_sweeps(store)) or 'none yet'}") from error
 
 
 def _list_runs(name: str, store: str | Path) -> list[Run]:

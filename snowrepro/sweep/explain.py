@@ -1,5 +1,6 @@
 """Why a run is done, stale, failed or not run, in words; its log below."""
 
+import shlex
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -61,16 +62,26 @@ def id_of_run(name: str, store: str | Path) -> str:
     """The id of the one run of a store whose id is, begins with or ends in ``name``.  Raises ConfigError."""
     run_id = find_id(name, _known(Path(store)), store)
     if run_id is None:
-        raise ConfigError(f"'{name}' should name one run of the store '{store}'; no run is")
+        sweep = record.find_sweep(name, store)
+        hint = (
+            f"; of the sweep '{sweep}' they are named by: snowrepro status --list {shlex.quote(sweep)}" if sweep else ""
+        )
+        raise ConfigError(f"'{name}' should name one run of the store '{store}'; no run is{hint}")
     return run_id
 
 
-def run_named(name: str, store: str | Path) -> Run:
+def run_named(name: str, store: str | Path, or_sweep: bool = False) -> Run:
     """The run that the store holds, works on, or was asked for by a name: see ``id_of_run``.
 
-    Raises ConfigError; StoreError where what the store holds of it is of another run, or cannot be read.
+    ``or_sweep``: whether the name might have been a sweep's, for the message.  Raises ConfigError; StoreError where
+    what the store holds of it is of another run, or cannot be read.
     """
-    return _find_run(id_of_run(name, store), Path(store))
+    try:
+        return _find_run(id_of_run(name, store), Path(store))
+    except ConfigError as error:
+        if not or_sweep:
+            raise
+        raise ConfigError(f"{error}; sweeps are: {record.name_nearest(name, store)}") from error
 
 
 def _find_run(run_id: str, store: Path) -> Run:

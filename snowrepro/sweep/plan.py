@@ -9,7 +9,7 @@ from hydra.errors import OverrideParseException
 from hydra.types import RunMode
 
 from ..composition.compose import compose, compose_raw, config_loader
-from ..composition.experiments import variants_of
+from ..composition.experiments import read_experiments, variants_of
 from ..composition.hydra_private import Override, make_parser
 from ..composition.messages import one_message
 from ..composition.overrides import prepare_overrides, read_folder
@@ -151,4 +151,13 @@ def _parse(overrides: Sequence[str]) -> list[Override]:
     try:
         return make_parser(config_loader()).parse_overrides(prepare_overrides(overrides))
     except OverrideParseException as error:
-        raise ConfigError(f"cannot read '{error.override}': {one_message(error)}") from error
+        raise ConfigError(_explain_unreadable(error)) from error
+
+
+def _explain_unreadable(error: OverrideParseException) -> str:
+    """What is wrong with an override that cannot be read, in one line."""
+    word = error.override
+    if "=" not in word and not word.startswith("~"):
+        meant = f", as in experiment={word}" if word in read_experiments() else ""
+        return f"'{word}' is no override, which is written key=value{meant}"
+    return f"cannot read '{word}': {one_message(error)}"

@@ -189,6 +189,11 @@ def _find_age(record: Record) -> tuple[str, int]:
 
 def _explain_missing(word: str, store: str | Path, more: Sequence[str] = ()) -> str:
     """A line that says that there is no such sweep, which there are, and what to do."""
+    return f"there is no sweep '{word}' in the store '{store}'; there are: {name_nearest(word, store, more)}"
+
+
+def name_nearest(word: str, store: str | Path, more: Sequence[str] = ()) -> str:
+    """The names of a store's sweeps, those like the word first; and what makes it, if it is an experiment's name."""
     names = list_sweeps(store)
 
     def likeness(name: str) -> float:
@@ -199,13 +204,18 @@ def _explain_missing(word: str, store: str | Path, more: Sequence[str] = ()) -> 
     rest = [f"and {len(near) - MOST_NAMED} more, see 'snowrepro status'"] if len(near) > MOST_NAMED else []
     known = ", ".join([*near[:MOST_NAMED], *rest]) or "none yet"
     asked = " ".join([f"experiment={word}", *_list_named(more)])
-    remedy = f"; this makes it: snowrepro run {asked}" if word in read_experiments() else ""
-    return f"there is no sweep '{word}' in the store '{store}'; there are: {known}{remedy}"
+    return f"{known}; this makes it: snowrepro run {asked}" if word in read_experiments() else known
 
 
 def merge_overrides(overrides: Sequence[str], more: Sequence[str]) -> list[str]:
-    """Overrides with ``more``, which take the places of those of the same key."""
-    return list({each.partition("=")[0]: each for each in (*overrides, *more)}.values())
+    """Overrides with ``more``, which take the places of those of the same key; without more, as they are."""
+    new = {each.partition("=")[0]: each for each in more}
+    merged: list[str] = []
+    for each in overrides:
+        placed = new.get(each.partition("=")[0], each)
+        if placed is each or placed not in merged:
+            merged.append(placed)
+    return [*merged, *(each for each in new.values() if each not in merged)]
 
 
 def plan_remembered(word: str, store: str | Path, more: Sequence[str] = ()) -> Plan:

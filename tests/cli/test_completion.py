@@ -27,7 +27,7 @@ RUN, ASKED = "ball-L-530-paper-paper-0-2f63b27e3e", "star-stair3-530-none-paper-
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch) -> Path:
-    """A working folder with a sweep, a finished run, one that is only asked for, and a floor of the user's own."""
+    """A working folder with a sweep, a finished run, one that is only asked for; a floor, an experiment of the user."""
     monkeypatch.chdir(tmp_path)
     for name in (f"runs/{RUN}", "runs/.work", f"runs/sweeps/{SWEEP}", "conf/floor", "other/sweeps/grid", "data"):
         Path(name).mkdir(parents=True)
@@ -37,6 +37,8 @@ def folder(tmp_path, monkeypatch) -> Path:
     Path("other/sweeps/grid/sweep.json").write_text(json.dumps({**written, "name": "grid", "cells": {}}))
     Path(f"runs/sweeps/{SWEEP}/results.csv").write_text("pressure,run_id,state,reason,lump_fraction,lumps,=1+1\n")
     Path("conf/floor/gutter.yaml").write_text("name: gutter\n")
+    Path("experiments").mkdir()
+    Path("experiments/stairs.yaml").touch()
     Path("other.nc").touch()
     return tmp_path
 
@@ -67,7 +69,7 @@ def complete(line: str) -> list[str]:
     ("line", "words"),
     [
         ("snowrepro re", ["retry", "report", "redo"]),
-        ("snowrepro run --", ["--help", "--multirun", "--part"]),
+        ("snowrepro run --", ["--help", "--multirun", "--part", "--store", "--reports"]),
         ("snowrepro run sha", ["shape="]),
         ("snowrepro run see", ["seed=", "seeds="]),
         ("snowrepro run shape=", ["shape=ball", "shape=rectangle", "shape=star", "shape=triangle"]),
@@ -76,6 +78,8 @@ def complete(line: str) -> list[str]:
         ("snowrepro config +experiment=gr", ["+experiment=grid"]),
         ("snowrepro status fig", [SWEEP]),
         ("snowrepro status store=other gr", ["grid"]),
+        ("snowrepro status --store other gr", ["grid"]),
+        ("snowrepro run experiment=st", ["experiment=stairs"]),
         ("snowrepro crate --store other gr", ["grid"]),
         ("snowrepro report fig5", [SWEEP, "fig5"]),
         ("snowrepro report fig6 --against fig5", [SWEEP, "fig5"]),

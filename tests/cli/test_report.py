@@ -61,11 +61,19 @@ def test_without_a_report(snowrepro, tmp_path):
 
 @pytest.mark.nightly
 def test_seeds_once_asked_for_stay_in_the_report(snowrepro, tmp_path):
-    """Claims with two seeds, then the experiment alone: the report has both seeds; named ones win."""
+    """Claims with two seeds, then the experiment alone: the report has both seeds; named ones win.
+
+    So it has by the experiment's name alone, which stands for the newest of its sweeps in other verbs too.
+    """
     assert snowrepro("claims", *FIG5, "seeds=2").returncode == 0
     assert snowrepro("run", *FIG5).returncode == 0
     (folder,) = (tmp_path / "my_reports").iterdir()
     assert json.loads((folder / "claims.json").read_text())["seeds"] == [0, 1]
+    named = snowrepro("report", "fig5")
+    assert named.returncode == 0 and "'fig5' stands for the newest of 2 sweeps: " in named.stderr
+    assert [*(tmp_path / "reports").iterdir()] == [folder]
+    assert json.loads((folder / "claims.json").read_text())["seeds"] == [0, 1]
+    assert "2 done" in snowrepro("status", "fig5").stdout
     assert snowrepro("report", *FIG5, "seeds=1").returncode == 0
     assert json.loads((folder / "claims.json").read_text())["seeds"] == [0]
 

@@ -123,6 +123,8 @@ def test_what_is_no_run_is_refused(save, small_run, tmp_path):
     first = save("a")
     with pytest.raises(StoreError, match="there is no run 'nothing'"):
         compare_runs(first, "nothing", tmp_path)
+    with pytest.raises(StoreError, match=r"there is no run 'nothing': .*; sweeps are: none yet"):
+        describe_differences(str(first), "nothing", tmp_path)
     small_run.drop_attrs().to_netcdf(tmp_path / "other.nc")
     with pytest.raises(ConfigError, match=r"other.nc' is no run of snowrepro"):
         compare_runs(first, tmp_path / "other.nc")

@@ -46,9 +46,9 @@ def sweep(small_run, tmp_path_factory) -> tuple[Path, str]:
 
 @pytest.fixture(scope="module")
 def written(sweep, tmp_path_factory) -> Path:
-    """The crate of that sweep, with nothing stated."""
+    """The crate of that sweep, called by its experiment's name, with nothing stated."""
     out = tmp_path_factory.mktemp("written") / "crate"
-    options = [sweep[1], "--out", str(out)]
+    options = ["fig5", "--out", str(out)]
     command = [sys.executable, "-m", "snowrepro", "crate", *options]
     done = subprocess.run(command, cwd=sweep[0], capture_output=True, text=True, timeout=300)
     assert (done.returncode, done.stdout) == (0, f"{out}\n"), done.stderr

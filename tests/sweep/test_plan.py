@@ -52,6 +52,8 @@ def test_an_experiment_names_its_runs_and_the_command_line_wins():
         (["pressure=.nan"], "pressure"),
         (["pressure=1,2"], "add -m"),
         (["shape=[ball"], "cannot read"),
+        (["fig5"], "'fig5' is no override, which is written key=value, as in experiment=fig5$"),
+        (["nothing"], "'nothing' is no override, which is written key=value$"),
         (
             ["experiment=fig7"],
             "there is no experiment 'fig7'; there are: calibration, convergence, energy, fig2, ",

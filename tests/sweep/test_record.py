@@ -6,7 +6,7 @@ import pytest
 
 from snowrepro.composition.overrides import override_folder
 from snowrepro.errors import ConfigError
-from snowrepro.sweep import record
+from snowrepro.sweep import explain, record
 from snowrepro.sweep.plan import make_plan, with_seeds
 
 FIG5 = ["experiment=fig5", "fidelity=preview"]
@@ -108,3 +108,14 @@ def test_further_overrides_take_the_places_of_those_of_their_key():
     """So that a sweep is not named by what it is not."""
     merged = record.merge_overrides(["experiment=fig5", "seed=0,1", "pressure=500"], ["seed=3", "floor=L"])
     assert merged == ["experiment=fig5", "seed=3", "pressure=500", "floor=L"]
+    twice = ["fidelity=preview", "seed=1", "fidelity=paper"]
+    assert record.merge_overrides(twice, ["floor=L"]) == [*twice, "floor=L"]
+    assert record.merge_overrides(twice, ["fidelity=fine", "seed=1"]) == ["fidelity=fine", "seed=1"]
+
+
+def test_a_name_that_is_no_runs_is_told_what_it_may_be(store):
+    """A sweep, where a run is wanted; where either would do, the nearest sweeps."""
+    with pytest.raises(ConfigError, match=r"no run is; of the sweep 'grid,.*' they are named by: snowrepro status"):
+        explain.id_of_run("grid", store)
+    with pytest.raises(ConfigError, match=r"'fig6' should name .*; no run is; sweeps are: fig5,.* experiment=fig6$"):
+        explain.run_named("fig6", store, or_sweep=True)

@@ -108,7 +108,7 @@ def _show_name(word: str, store: str, sweeps: Sequence[str]) -> "list[animation.
     if word in sweeps:
         return [animation.look_up_run(run) for run in record.plan_remembered(word, store).runs]
     if not Path(word).exists():
-        return [animation.look_up_run(explain.run_named(word, store))]
+        return [animation.look_up_run(explain.run_named(word, store, or_sweep=True))]
     with store_run.open_run(word) as dataset:
         return [animation.AnimatedRun(store_run.Run(compose.config_of(dataset)), Path(dataset.encoding["source"]))]
 

@@ -1,8 +1,10 @@
 """``snowrepro retry``: run again what failed."""
 
 import argparse
+from collections.abc import Sequence
 
 from ...errors import ExitCode
+from ...store import run as store_run
 from ...store import states
 from ...sweep import explain, record
 from ...sweep import plan as sweep_plan
@@ -33,18 +35,24 @@ def execute(options: argparse.Namespace) -> ExitCode:
     """Forget the failures of a run or a sweep, and run it again."""
     store, words = sweep_plan.split_store(options.overrides)
     sweep = record.find_sweep(words[0], store, words[1:]) if words else None
-    names_run = words and plans.is_name(words[0]) and not sweep
-    plan = record.plan_remembered(sweep, store, words[1:]) if sweep else None
-    if not (plan or names_run):
+    if words and plans.is_name(words[0]) and not sweep:
+        run = explain.run_named(words[0], store, or_sweep=True)
+        _forget_failures([run])
+        single.run_and_print(run)
+        return ExitCode.FINE
+    if sweep:
+        plan = record.plan_remembered(sweep, store, words[1:])
+    else:
         plan = plans.plan_sweep(options.overrides, options.multirun)
-    runs = plan.runs if plan else [explain.run_named(words[0], store)]
+    sweeping.build_scenes(plan)
+    _forget_failures(plan.runs)
+    sweeping.run_missing(plan)
+    return sweeping.require_results(plan)
+
+
+def _forget_failures(runs: Sequence["store_run.Run"]) -> None:
+    """Let those of some runs that failed or took too long be tried again."""
     failed = [run for run in runs if states.standing(run).state in (states.FAILED, states.TIMED_OUT)]
     screen.say(f"{len(failed)} failed before")
     for run in failed:
         run.forget_outcome()
-    if plan is None:
-        single.run_and_print(runs[0])
-        return ExitCode.FINE
-    sweeping.build_scenes(plan)
-    sweeping.run_missing(plan)
-    return sweeping.require_results(plan)
