@@ -20,6 +20,10 @@ BUILT_IN = _PACKAGE / "conf" if (_PACKAGE / "conf").is_dir() else _PACKAGE.paren
 OWN = Path("conf")  # the user's, in the working directory
 SWEEPS, RECORD, WORK = "sweeps", "sweep.json", ".work"
 SWEEP_NAME = re.compile(r"[\w=+~][\w.,=+~-]*")
+TABLE = "results.csv"  # of a sweep: its first line has the names of the columns
+ROLES = ("x", "y", "colour", "panel")  # of columns in a plot
+NOT_PLOTTED = ("run_id", "state", "reason")
+LONGEST_TABLE, LONGEST_LINE = 64 << 20, 64 << 10  # bytes
 
 Lister = Callable[..., Iterable[str]]
 
@@ -50,6 +54,14 @@ def list_sweeps(parsed_args: argparse.Namespace, **_: Any) -> list[str]:
     store = _store(parsed_args)
     names = (entry.name for entry in foreign.list_own(store / SWEEPS, store))
     return [name for name in names if SWEEP_NAME.fullmatch(name) and (store / SWEEPS / name / RECORD).exists()]
+
+
+def list_plotted(prefix: str, parsed_args: argparse.Namespace, **_: Any) -> list[str]:
+    """Roles of columns in a plot with =, and after it the columns of the sweep that is named."""
+    role, equals, _value = prefix.partition("=")
+    if not equals:
+        return [f"{name}=" for name in (*ROLES, "store", "reports")]
+    return [f"{role}={column}" for column in _read_columns(parsed_args)] if role in ROLES else []
 
 
 def list_runs(parsed_args: argparse.Namespace, **_: Any) -> list[str]:
@@ -112,6 +124,20 @@ def _store(options: argparse.Namespace) -> Path:
     words = [word for word in getattr(options, "overrides", None) or () if word.startswith("store=")]
     named = words[-1].removeprefix("store=").strip("'\"") if words else None  # Hydra's grammar takes a second to load
     return Path(named or getattr(options, "store", None) or "runs")
+
+
+def _read_columns(options: argparse.Namespace) -> list[str]:
+    """The columns in the table of the sweep that the options name; none of what cannot be read."""
+    store = _store(options)
+    sweep = getattr(options, "sweep", None) or ""
+    if not SWEEP_NAME.fullmatch(sweep) or not foreign.is_own_folder(store / SWEEPS / sweep, store):
+        return []
+    try:
+        with foreign.open_plain(store / SWEEPS / sweep / TABLE, LONGEST_TABLE) as file:
+            names = file.readline(LONGEST_LINE).decode("utf-8", "replace").strip().split(",")
+    except (OSError, StoreError):
+        return []
+    return [name for name in names if re.fullmatch(r"\w+", name) and name not in NOT_PLOTTED]
 
 
 def _read_cells(path: Path) -> list[str]:

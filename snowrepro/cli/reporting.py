@@ -1,10 +1,9 @@
-"""The report of an experiment, as several verbs write it."""
+"""The report of a sweep, as several verbs write it."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TypeVar
 
-from ..errors import ConfigError
 from ..report.figures.kinds import find_figure, require_drawable
 from ..report.page.page import ExperimentReport, draw_experiment, write_experiment_page
 from ..report.sections import choices
@@ -17,10 +16,8 @@ Written = TypeVar("Written")
 
 
 def print_report(overrides: Sequence[str], store: str) -> None:
-    """Write the report of an experiment, with every seed that it was asked for with, and print what it comes to."""
+    """Write the report of a sweep, with every seed that it was asked for with, and print what it comes to."""
     plan = make_plan(record.add_remembered_seeds(overrides, store), multirun=True)
-    if plan.experiment is None:
-        raise ConfigError("a report is of an experiment, for example experiment=fig5")
     require_drawable(plan.runs)
     part, page = leave_out_broken(lambda: write_report(plan))
     show(f"verdict: {part.content.verdict}", f"report: {page}")
@@ -43,8 +40,8 @@ def leave_out_broken(write: Callable[[], Written]) -> Written:
 
 
 def write_report(plan: Plan) -> tuple[ExperimentReport, Path]:
-    """Write the report of an experiment's runs; returns what it shows, and its page."""
-    part = draw_experiment(plan.runs, plan.overrides)
+    """Write the report of a sweep's runs; returns what it shows, and its page."""
+    part = draw_experiment(plan)
     sections = []
     if find_figure(part.evidence.experiment).is_judged:
         sections.append(choices.make_section(plan.overrides, plan.runs[0].config.execution.store))

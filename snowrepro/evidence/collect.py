@@ -64,6 +64,15 @@ class CollectedSweep:
         """The names of the coordinates, by which the runs differ."""
         return [*ALWAYS, *self.further]
 
+    @property
+    def varied(self) -> list[str]:
+        """The names of the coordinates that have more than one value."""
+        return [dim for dim in self.dims if len(self.table[dim].unique()) > 1]
+
+    def key_of(self, name: str) -> str:
+        """Return the setting that a coordinate is of, as one types it; any other column as it is called."""
+        return self.further.get(name, name)
+
 
 @dataclass(frozen=True, slots=True)
 class _RunRecord:
@@ -198,6 +207,12 @@ def require_one_run_per_cell(sweep: CollectedSweep) -> None:
     if len(repeated):
         cell = ", ".join(f"{dim} {repeated.iloc[0][dim]}" for dim in sweep.dims)
         raise ConfigError(f"sweep '{sweep.name}' has two runs at {cell}: a table can hold them, a grid cannot")
+
+
+def list_varied_keys(plan: Plan) -> list[str]:
+    """List the settings in which the runs of a plan differ, as one types them."""
+    coordinates = _read_coordinates(plan.runs)
+    return [*(name for name in ALWAYS if len(set(coordinates[name])) > 1), *_find_varied_keys(plan)]
 
 
 def describe_missing(table: pd.DataFrame, most: int = MOST_NAMED) -> str:

@@ -15,10 +15,13 @@ from ..settings.question import Experiment
 from ..store import manifest
 from ..store.run import BrokenResult, Run
 from ..summary.row import read_row, tabulate_runs
+from ..sweep.plan import Plan
 from . import claims
 from .calibration import Crossing, find_half_pressure
+from .collect import CollectedSweep, collect_sweep, list_varied_keys
 
 FOLDERS = ("store=", "reports=")  # where files are kept: no part of the command that repeats the runs
+OF_ANY_SWEEP = "sweep"  # the picture of runs that were made for no experiment
 
 
 @dataclass(frozen=True)
@@ -26,7 +29,7 @@ class Evidence:
     """The runs of an experiment and what they gave.
 
     ``table``: a row of numbers for each run that is done; ``folder``: of the report; ``missing``: ids of runs without
-    a result.
+    a result; ``plan``: what asked for the runs, where that is known.
     """
 
     experiment: Experiment
@@ -34,6 +37,13 @@ class Evidence:
     table: pd.DataFrame
     folder: Path
     missing: frozenset[str] = field(default_factory=frozenset)
+    plan: Plan | None = None
+
+    @cached_property
+    def sweep(self) -> CollectedSweep:
+        """The table of all runs and what varies in them, as ``sweep_table`` has it."""
+        assert self.plan is not None, "what varies is only known of runs that were planned together"
+        return collect_sweep(self.plan)
 
     @cached_property
     def scenes(self) -> list[claims.JudgedScene]:
@@ -104,16 +114,22 @@ class Evidence:
         return run.id not in self.missing
 
 
-def gather_evidence(runs: Sequence[Run], folder: Path, with_results: bool = True) -> Evidence:
-    """Gather from the store what the runs of an experiment gave.
+def gather_evidence(runs: Sequence[Run], folder: Path, with_results: bool = True, plan: Plan | None = None) -> Evidence:
+    """Gather from the store what the runs of an experiment, or of any sweep, gave.
 
-    ``with_results``: false where a report only shows what would be simulated.
+    ``with_results``: false where a report only shows what would be simulated; ``plan``: what asked for the runs.
     """
-    experiment = runs[0].config.question.experiment
-    assert experiment is not None, "only an experiment has a report"
+    experiment = find_experiment(runs, plan)
     done = [run for run in runs if with_results and run.is_done() and _has_row(run)]
     missing = {run.id for run in runs} - {run.id for run in done}
-    return Evidence(experiment, runs, tabulate_runs(done), folder, frozenset(missing))
+    return Evidence(experiment, runs, tabulate_runs(done), folder, frozenset(missing), plan)
+
+
+def find_experiment(runs: Sequence[Run], plan: Plan | None = None) -> Experiment:
+    """Return the experiment of runs, or one that shows any sweep; its title says what varies in their ``plan``."""
+    varied = list_varied_keys(plan) if plan else []
+    title = f"Sweep over {', '.join(varied)}" if varied else "Sweep"
+    return runs[0].config.question.experiment or Experiment(name=OF_ANY_SWEEP, title=title, picture=OF_ANY_SWEEP)
 
 
 def _has_row(run: Run) -> bool:
@@ -142,7 +158,9 @@ def read_origin(run: Run) -> tuple[str, str, str]:
 
 def command_to_repeat(overrides: Sequence[str]) -> str:
     """Write the command that repeats runs and report, wherever they are kept."""
-    return shlex.join(["snowrepro", "run", *(o for o in overrides if not o.startswith(FOLDERS))])
+    is_experiment = any(override.startswith("experiment=") for override in overrides)
+    words = [override for override in overrides if not override.startswith(FOLDERS)]
+    return shlex.join(["snowrepro", "run", *([] if is_experiment else ["-m"]), *words])
 
 
 def sort_as_in_paper(runs: Sequence[Run]) -> list[Run]:

@@ -149,10 +149,9 @@ def _copy_sweep(crate: Path, name: str, store: str | Path) -> str:
     copy_plain(record.locate_sweep(name, store) / record.RECORD, folder / record.RECORD)
     collected = collect_sweep(plan)
     write_tables(collected, folder)
-    if plan.experiment:
-        report = find_report_folder(plan.runs[0], plan.overrides)
-        if is_plain_file(report / "index.html"):
-            _copy_report(report, crate / "reports" / report.name)
+    report = find_report_folder(plan.runs[0], plan.overrides)
+    if is_plain_file(report / "index.html"):
+        _copy_report(report, crate / "reports" / report.name)
     return describe_missing(collected.table)
 
 

@@ -35,6 +35,7 @@ def folder(tmp_path, monkeypatch) -> Path:
     written = {"name": SWEEP, "overrides": ["experiment=fig5"], "recorded": "2026-01-01", "cells": cells}
     Path(f"runs/sweeps/{SWEEP}/sweep.json").write_text(json.dumps(written))
     Path("other/sweeps/grid/sweep.json").write_text(json.dumps({**written, "name": "grid", "cells": {}}))
+    Path(f"runs/sweeps/{SWEEP}/results.csv").write_text("pressure,run_id,state,reason,lump_fraction,lumps,=1+1\n")
     Path("conf/floor/gutter.yaml").write_text("name: gutter\n")
     Path("other.nc").touch()
     return tmp_path
@@ -78,6 +79,10 @@ def complete(line: str) -> list[str]:
         ("snowrepro crate --store other gr", ["grid"]),
         ("snowrepro report fig5", [SWEEP, "fig5"]),
         ("snowrepro report fig6 --against fig5", [SWEEP, "fig5"]),
+        ("snowrepro plot fig", [SWEEP]),
+        (f"snowrepro plot {SWEEP} co", ["colour="]),
+        (f"snowrepro plot {SWEEP} --log x y=lump", ["y=lump_fraction", "y=lumps"]),
+        ("snowrepro plot ../fig5 y=", [""]),
         ("snowrepro retry ball", [RUN]),
         ("snowrepro explain ", [RUN, ASKED]),
         ("snowrepro diff fig", [SWEEP]),

@@ -8,6 +8,7 @@ import xarray as xr
 from snowrepro.report.page.page import ExperimentReport, draw_experiment, write_experiment_page
 from snowrepro.store.run import ARRAYS, Run
 from snowrepro.summary import row as summary
+from snowrepro.sweep.enumeration import Planned
 from snowrepro.sweep.plan import Plan
 
 LIKE_THE_PAPER = {340: 0.2, 530: 0.52, 3300: 0.8}
@@ -15,7 +16,8 @@ LIKE_THE_PAPER = {340: 0.2, 530: 0.52, 3300: 0.8}
 
 def reported(runs: Sequence[Run], overrides: Sequence[str] = ()) -> ExperimentReport:
     """Draw an experiment and write its page; returns what was drawn."""
-    part = draw_experiment(runs, overrides)
+    planned = tuple(Planned(run, ()) for run in runs)
+    part = draw_experiment(Plan(planned, True, tuple(overrides)))
     write_experiment_page(part)
     return part
 

@@ -22,7 +22,7 @@ def test_every_module_of_the_folder_is_a_figure():
     assert len(kinds) > 10 and all(isinstance(kind, FigureKind) for kind in kinds.values())
     assert {name for name, kind in kinds.items() if kind.is_judged} == JUDGED
     assert {name for name, kind in kinds.items() if not kind.needs_runs} == WITHOUT_RUNS
-    assert {name for name, kind in kinds.items() if kind.takes_indenter} == {"hardness"}
+    assert {name for name, kind in kinds.items() if kind.takes_indenter} == {"hardness", "sweep"}
 
 
 @pytest.mark.parametrize("experiment", sorted(read_experiments()))

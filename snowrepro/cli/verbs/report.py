@@ -22,6 +22,7 @@ examples:
   snowrepro report fidelity=preview        the same from coarse runs
   snowrepro report fig5
   snowrepro report fig5 seeds=3 store=/shared/runs
+  snowrepro report pressure=500,2000,sintering=paper,none   any sweep, by the name that 'snowrepro status' shows
   snowrepro report fig5 --against fig5,reading=si           two sweeps side by side, differences first
   snowrepro report fig5 --against fig5 --against-store ../before/runs      two versions
 
@@ -46,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(options: argparse.Namespace) -> ExitCode:
-    """Write a report from the store alone: of the whole paper, or of one experiment."""
+    """Write a report from the store alone: of the whole paper, or of one experiment or sweep."""
     store, words = sweep_plan.split_store(options.overrides)
     name = words.pop(0) if words and (plans.is_name(words[0]) or words[0] in record.list_sweeps(store)) else ""
     if options.against:
@@ -70,7 +71,7 @@ def _compare(name: str, words: Sequence[str], against: str, store: str, against_
     for sweep, its_store in ((name, store), (against, against_store)):
         overrides = record.add_remembered_seeds(plans.expand_name(sweep, words, its_store), its_store)
         plan = sweep_plan.make_plan(overrides, multirun=True)
-        if plan.experiment is None or not kinds.needs_runs(plan.runs):
+        if not kinds.needs_runs(plan.runs):
             raise ConfigError(f"'{sweep}' is no experiment with runs: there is nothing to compare")
         compared.append(plan)
     screen.show(f"report: {reporting.leave_out_broken(lambda: compare.write_comparison(*compared))}")

@@ -44,7 +44,7 @@ COLOURS = {"A": UNSINTERED, "B": SINTERED}
 
 @own_style()
 def write_comparison(first: Plan, second: Plan) -> Path:
-    """Write the comparison of two sweeps of an experiment from their stores alone; returns the page.
+    """Write the comparison of two sweeps from their stores alone; returns the page.
 
     Raises ConfigError where their cells cannot be matched, and StoreError where the report cannot be written.
     """
@@ -54,11 +54,12 @@ def write_comparison(first: Plan, second: Plan) -> Path:
     require_writable(folder)
     differences = compare_sweeps(collect_sweep(first), collect_sweep(second))
     sides = zip((first, second), SIDES, strict=True)
-    reports = [draw_experiment(plan.runs, plan.overrides, folder / side.lower()) for plan, side in sides]
+    reports = [draw_experiment(plan, folder / side.lower()) for plan, side in sides]
     evidences = [report.evidence for report in reports]
+    verdicts = _pair_verdicts(*evidences)
     sections = [
         Section("summary", "Summary", _summarise(reports, names, differences)),
-        Section("verdicts", "Verdicts", [Table(_tabulate_verdicts(_pair_verdicts(*evidences)))]),
+        *([Section("verdicts", "Verdicts", [Table(_tabulate_verdicts(verdicts))])] if verdicts else []),
         Section("numbers", "Numbers", _compare_numbers(differences, folder)),
         Section("pictures", "Pictures", _pair_pictures(*(report.content for report in reports))),
         *make_run_sections(evidences, folder),
@@ -70,15 +71,21 @@ def _summarise(reports: Sequence[ExperimentReport], names: Sequence[str], differ
     """Say what the two sweeps are, which verdicts change and which settings differ."""
     lines = [f"**{side}** is {format_code(name)}: {escape(report.content.verdict)} Redo: {format_code(report.command)}"
             for side, name, report in zip(SIDES, names, reports, strict=True)]  # fmt: skip
-    blocks: list[Block] = [format_list(lines), Heading("What changes in the verdicts")]
     verdicts = _pair_verdicts(*(report.evidence for report in reports))
-    changed = [_describe_change(where, a, b) for where, a, b in verdicts if a.word != b.word or a.agrees != b.agrees]
-    blocks.append(format_list(changed) if changed else f"Nothing: {len(verdicts)} verdicts are the same word in both.")
-    blocks.append(Heading("What was asked for otherwise"))
+    blocks = [format_list(lines), *_describe_changes(verdicts), Heading("What was asked for otherwise")]
     settings = [f"{format_code(line)}" for line in differences.config]
     if len(settings) > MOST_LISTED:
         return [*blocks, Fold(f"{len(settings)} settings (A -> B)", [format_list(settings)])]
     return [*blocks, f"Settings, A -> B:\n\n{format_list(settings)}" if settings else "No setting of the runs differs."]
+
+
+def _describe_changes(verdicts: Sequence[tuple[str, Verdict, Verdict]]) -> list[Block]:
+    """Describe the verdicts that are others in B; nothing where none was judged."""
+    if not verdicts:
+        return []
+    changed = [_describe_change(where, a, b) for where, a, b in verdicts if a.word != b.word or a.agrees != b.agrees]
+    same = f"Nothing: {len(verdicts)} verdicts are the same word in both."
+    return [Heading("What changes in the verdicts"), format_list(changed) if changed else same]
 
 
 def _pair_verdicts(a: Evidence, b: Evidence) -> list[tuple[str, Verdict, Verdict]]:

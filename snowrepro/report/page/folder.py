@@ -1,4 +1,4 @@
-"""The folder of an experiment's report."""
+"""The folder of a report."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,11 +8,11 @@ from ...sweep.record import name_without_seeds
 
 
 def find_report_folder(run: Run, overrides: Sequence[str]) -> Path:
-    """Find the folder of an experiment's report; it is named like the sweep, but without seeds.
+    """Find the folder of a sweep's report; it is named like the sweep, but without seeds.
 
-    ``run``: any of the experiment's runs; ``overrides``: those of the sweep.
+    ``run``: any of the sweep's runs; ``overrides``: those of the sweep.
     """
     experiment = run.config.question.experiment
-    assert experiment is not None, "only an experiment has a report"
     others = [override for override in overrides if not override.startswith("experiment=")]
-    return Path(run.config.question.reports) / name_without_seeds([f"experiment={experiment.name}", *others])
+    named = [f"experiment={experiment.name}", *others] if experiment else others
+    return Path(run.config.question.reports) / name_without_seeds(named)

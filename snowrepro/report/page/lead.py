@@ -43,10 +43,11 @@ def describe_runs(evidences: Sequence[Evidence]) -> str:
         counts[standing.state] = counts.get(standing.state, 0) + 1
     done = counts.pop(states.DONE, 0)
     missing = "".join(f"; **{count} {state}**" for state, count in counts.items()) or ", none is missing"
-    first = next(iter(runs.values()))
+    readings = dict.fromkeys(format_code(run.case.reading.name) for run in runs.values())
+    fidelities = dict.fromkeys(format_code(run.case.fidelity.name) for run in runs.values())
     return (
-        f"{done} of {len(runs)} runs are done{missing}. Reading {format_code(first.case.reading.name)}, fidelity "
-        f"{format_code(first.case.fidelity.name)}."
+        f"{done} of {len(runs)} runs are done{missing}. Reading {', '.join(readings)}, fidelity "
+        f"{', '.join(fidelities)}."
     )
 
 

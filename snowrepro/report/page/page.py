@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from ...evidence.gather import Evidence, command_to_repeat, gather_evidence, sort_as_in_paper
+from ...evidence.gather import Evidence, command_to_repeat, find_experiment, gather_evidence, sort_as_in_paper
 from ...store.files import require_no_links, require_writable
-from ...store.run import Run
 from ...summary.row import ARM
+from ...sweep.plan import Plan
 from ...text import make_cells
 from ..document import Block, Document, FigureContent, Section, escape, relocate_block
 from ..drawing.common import own_style
@@ -62,24 +62,21 @@ class ExperimentReport:
 
 
 @own_style()
-def draw_experiment(runs: Sequence[Run], overrides: Sequence[str], folder: Path | None = None) -> ExperimentReport:
-    """Draw an experiment's pictures and write its tables.
+def draw_experiment(plan: Plan, folder: Path | None = None) -> ExperimentReport:
+    """Draw the pictures and write the tables of an experiment, or of a sweep that is none.
 
-    ``folder``: where to; by default the folder of the experiment's own report.  Raises StoreError if it cannot be
-    written.
+    ``folder``: where to; by default the folder of the sweep's own report.  Raises StoreError if it cannot be written.
     """
-    folder = folder or find_report_folder(runs[0], overrides)
+    folder = folder or find_report_folder(plan.runs[0], plan.overrides)
     require_no_links(folder)
     require_writable(folder)
-    experiment = runs[0].config.question.experiment
-    assert experiment is not None, "only an experiment has a report"
-    figure = find_figure(experiment)
-    evidence = gather_evidence(runs, folder, with_results=figure.needs_runs)
+    figure = find_figure(find_experiment(plan.runs))
+    evidence = gather_evidence(plan.runs, folder, figure.needs_runs, plan)
     if figure.needs_runs:
         make_cells(evidence.table.drop(columns=ARM, errors="ignore")).to_csv(
             folder / "summary.csv", index=False, float_format="%.6g", lineterminator="\n"
         )
-    return ExperimentReport(evidence, figure.report(evidence), command_to_repeat(overrides))
+    return ExperimentReport(evidence, figure.report(evidence), command_to_repeat(plan.overrides))
 
 
 def write_experiment_page(report: ExperimentReport, sections: Sequence[Section] = ()) -> Path:

@@ -7,7 +7,7 @@ from pathlib import Path
 from ...composition.experiments import list_in_paper_order
 from ...evidence.gather import command_to_repeat
 from ...store.run import Run
-from ...sweep.plan import make_plan
+from ...sweep.plan import Plan, make_plan
 from ...sweep.record import add_remembered_seeds, find_records, name_sweep
 from ..document import Section, escape, format_code
 from ..drawing.common import own_style
@@ -20,16 +20,16 @@ TITLE = "Snow Simulation Considering Pressure Sintering: a reproduction"
 
 @dataclass(frozen=True)
 class PlannedExperiment:
-    """An experiment of the paper's report.  ``overrides``, ``runs``: with every seed that was asked for."""
+    """An experiment of the paper's report.  ``plan``: with every seed that was asked for."""
 
-    overrides: tuple[str, ...]
-    runs: Sequence[Run]
+    plan: Plan
 
     @property
     def is_drawn(self) -> bool:
         """Whether it is drawn: a study without any run that was asked for is only mentioned."""
-        needed = needs_runs(self.runs)
-        return not needed or bool(find_records(self.overrides, self.runs[0].store)) or all(map(Run.is_done, self.runs))
+        runs = self.plan.runs
+        needed = needs_runs(runs)
+        return not needed or bool(find_records(self.plan.overrides, runs[0].store)) or all(map(Run.is_done, runs))
 
 
 @own_style()
@@ -39,27 +39,24 @@ def write_paper(overrides: Sequence[str], store: str) -> Path:
     ``overrides`` hold for each experiment.  Raises ConfigError, StoreError.
     """
     planned = [_plan_experiment([f"experiment={name}", *overrides], store) for name in list_in_paper_order()]
-    contents = [
-        draw_experiment(each.runs, each.overrides) if each.is_drawn else _make_placeholder(each) for each in planned
-    ]
+    contents = [draw_experiment(each.plan) if each.is_drawn else _make_placeholder(each.plan) for each in planned]
     register = choices.make_section(overrides, store)
     for content in contents:
         if isinstance(content, ExperimentReport):
             write_experiment_page(content, [register] if find_figure(content.evidence.experiment).is_judged else ())
-    folder = Path(planned[0].runs[0].config.question.reports) / name_sweep(["experiment=paper", *overrides])
+    folder = Path(planned[0].plan.runs[0].config.question.reports) / name_sweep(["experiment=paper", *overrides])
     return write_page(TITLE, contents, folder, [register])
 
 
 def _plan_experiment(overrides: Sequence[str], store: str) -> PlannedExperiment:
     """Plan an experiment with the seeds that it was asked for."""
-    seeded = add_remembered_seeds(overrides, store)
-    return PlannedExperiment(tuple(seeded), make_plan(seeded, multirun=False).runs)
+    return PlannedExperiment(make_plan(add_remembered_seeds(overrides, store), multirun=False))
 
 
-def _make_placeholder(experiment_plan: PlannedExperiment) -> Section:
+def _make_placeholder(plan: Plan) -> Section:
     """Make the section of an experiment that was not run: it names the command that runs it."""
-    experiment = experiment_plan.runs[0].config.question.experiment
+    experiment = plan.experiment
     assert experiment is not None
-    command = format_code(command_to_repeat(experiment_plan.overrides))
-    text = f"**Not run.** {command} makes its {len(experiment_plan.runs)} runs and fills this section."
+    command = format_code(command_to_repeat(plan.overrides))
+    text = f"**Not run.** {command} makes its {len(plan.runs)} runs and fills this section."
     return Section(experiment.name, escape(experiment.title), [text], escape(experiment.says))
