@@ -38,6 +38,7 @@ EXPECTED = (
     "Lumps and powder in frame 60",
     "data:image/gif;base64,",
     "4 runs: 4 done. What varies: pressure, sintering.",
+    "data:image/png;base64,",
     "xarray.DataArray",
 )
 

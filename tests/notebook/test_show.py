@@ -3,6 +3,7 @@
 import base64
 import io
 import re
+import shutil
 
 import numpy as np
 import pandas as pd
@@ -30,7 +31,7 @@ def store(small_run: xr.Dataset, tmp_path_factory):
     folder = tmp_path_factory.mktemp("store")
     small_runs.saved(small_run, folder, vanish=False)
     recorded = record.write_record(make_plan([*SMALL, *VARIED, f"store={folder}"], multirun=True))
-    recorded.rename(recorded.with_name("mine"))
+    shutil.copytree(recorded, recorded.with_name("mine"))  # under a shorter name
     return folder
 
 
@@ -131,7 +132,7 @@ def test_text_from_data_is_no_html(small_run, where):
 
 def test_what_is_no_run_is_refused(store, tmp_path):
     """By a message that says what there is."""
-    with pytest.raises(ConfigError, match=r"no run 'nothing' .* there are: mine"):
+    with pytest.raises(ConfigError, match=r"no run 'nothing' .* there are: .*mine"):
         api.show("nothing", store=store)
     with pytest.raises(ConfigError, match="not of a sweep"):
         api.show(pd.DataFrame({"pressure": [1.0]}))
@@ -152,9 +153,24 @@ def test_a_plot_of_any_stored_frame(small_run, tmp_path):
         api.plot(small_run, frame=21)
     with pytest.raises(ConfigError, match=r"by: should be snow, fragment.* \(got 'colour'\)"):
         api.plot(small_run, by="colour")
+    with pytest.raises(ConfigError, match="x, y, colour, panel and log are for sweeps"):
+        api.plot(small_run, x="pressure")
     with pytest.raises(ConfigError, match=r"should end in \.png"):
         plots[0].save(tmp_path / "plot.html")
     assert [path.name for path in tmp_path.iterdir()] == ["density.svg"]
+
+
+def test_a_plot_of_a_sweep(store):
+    """By its name and as a grid; columns that there are not, and what is for runs alone, are refused."""
+    words = {"x": "pressure", "y": "lump_fraction", "colour": "sintering"}
+    named = api.plot("mine", **words, store=store)
+    assert named.to_png() == api.plot(api.open_sweep("mine", store), **words, store=store).to_png()
+    assert named.to_png() != api.plot("mine", y="broken_bonds", store=store).to_png()
+    assert named.description.startswith("lump_fraction over pressure of the sweep")
+    with pytest.raises(ConfigError, match="has no column 'presure'; did you mean 'pressure'"):
+        api.plot("mine", x="presure", store=store)
+    with pytest.raises(ConfigError, match="by and frame are for runs"):
+        api.plot("mine", by="density", store=store)
 
 
 def test_a_film_of_a_run_in_memory(small_run, tmp_path, monkeypatch):
@@ -178,7 +194,7 @@ def test_films_of_several_runs(store, small_run):
     heights = [pictures(film._repr_html_())[0].height for film in (sweep, both)]
     assert heights[0] != heights[1]
     assert "ball on L" in both.description
-    with pytest.raises(ConfigError, match="there are: mine"):
+    with pytest.raises(ConfigError, match=r"there are: .*mine"):
         api.animate("nothing", store=store)
     with pytest.raises(ConfigError, match="format: should be gif or mp4"):
         api.animate(small_run, format="webm")
