@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 from matplotlib.image import imread
 
+from snowrepro.cli.main import main
 from snowrepro.report.figures import sweep as sweep_figure
 from snowrepro.report.page.compare import write_comparison
 from snowrepro.report.page.page import draw_experiment, write_experiment_page
@@ -94,8 +95,21 @@ def test_of_many_cells_some_are_shown(swept, monkeypatch, tmp_path):
     assert "#### All 4 cells" in page
 
 
-def test_a_name_is_enough(swept, report, snowrepro):
-    """``report``, which writes the same bytes once more, and ``plot``, as commands."""
+@pytest.fixture
+def plot(monkeypatch, capsys, tmp_path):
+    """Call the command in an empty folder; returns a function from arguments to exit code, output, errors."""
+
+    def call(*arguments: str) -> tuple[int, str, str]:
+        monkeypatch.chdir(tmp_path)
+        with pytest.raises(SystemExit) as ended:
+            main(["plot", *arguments])
+        return ended.value.code, *capsys.readouterr()
+
+    return call
+
+
+def test_a_name_is_enough(swept, report, snowrepro, plot):
+    """``report``, which in another process writes the same bytes, and ``plot``."""
     plan, folder = swept
     first = {path.name: path.read_bytes() for path in report[0].iterdir()}
     name = record.name_sweep(plan.overrides)
@@ -105,11 +119,11 @@ def test_a_name_is_enough(swept, report, snowrepro):
     assert done.stdout.splitlines()[-1] == f"report: {report[0]}/index.html"
     assert done.stdout.startswith("verdict: Mass in lumps: from ")
     assert {path.name: path.read_bytes() for path in report[0].iterdir()} == first
-    drawn = snowrepro("plot", name, "y=broken_bonds", "--log", "x", *places)
-    assert drawn.returncode == 0, drawn.stderr
     path = report[0] / "broken_bonds-over-pressure-sintering.png"
-    assert drawn.stdout == f"{path}\n" and path.read_bytes().startswith(b"\x89PNG")
-    assert "not in the picture: 3 of 8 runs have no result" in drawn.stderr
+    code, out, said = plot(name, "y=broken_bonds", "--log", "x", *places)
+    assert (code, out) == (0, f"{path}\n"), said
+    assert path.read_bytes().startswith(b"\x89PNG")
+    assert "not in the picture: 3 of 8 runs have no result" in said
     path.unlink()
 
 
@@ -117,14 +131,15 @@ def test_a_name_is_enough(swept, report, snowrepro):
     ("words", "told"),
     [
         (["nothing"], "there is no sweep 'nothing' in the store"),
-        (["nothing", "color=pressure"], "'color=pressure' is none of x=COLUMN, y=COLUMN, colour=COLUMN, panel=COLUMN"),
+        (["nothing", "color=pressure"], "colour=COLUMN, panel=COLUMN; did you mean 'colour'?"),
+        (["nothing", "pressure"], "'pressure' is none of x=COLUMN, y=COLUMN"),
         (["nothing", "--out", "plot.jpg"], "a plot is a .png, .svg or .pdf file"),
     ],
 )
-def test_a_plot_that_cannot_be_is_said_in_one_line(snowrepro, tmp_path, words, told):
-    done = snowrepro("plot", *words)
-    assert done.returncode == 2
-    assert told in done.stderr and done.stderr.count("\n") == 1
+def test_a_plot_that_cannot_be_is_said_in_one_line(plot, tmp_path, words, told):
+    code, out, said = plot(*words)
+    assert (code, out) == (2, "")
+    assert told in said and said.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
 
 
