@@ -2,34 +2,37 @@
 PYTHON ?= python3
 FIDELITY ?= paper
 EXPERIMENTS ?=
-CLAIMS ?= fig5
+CLAIMS ?= fig5 fig6
 COARSE := $(if $(filter paper,$(FIDELITY)),,fidelity=$(FIDELITY))
 VENV := .venv
 BIN := $(VENV)/bin
+# --no-deps because the locks are complete.
+INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+LOCK := uv pip compile --universal --generate-hashes --no-emit-index-url --no-header --python-version 3.10 pyproject.toml
 BIOME := @biomejs/biome@2.6.8
 
 .PHONY: reproduce test slow nightly validate lint lint-js docs lock benchmark validator clean
 
-# The report on the paper, with Figure 5 and what three seeds say of its claims; EXPERIMENTS="fig6 table2" CLAIMS=fig6
-# for more.
+# The report on the paper, with Figures 5 and 6 and what three seeds say of the claims; EXPERIMENTS="energy table2" for
+# more.  All is drawn once, at the end.
 reproduce: $(VENV)/installed
-	set -e; for name in $(EXPERIMENTS); do $(BIN)/snowrepro run experiment=$$name $(COARSE); done
-	set -e; for name in $(CLAIMS); do $(BIN)/snowrepro claims experiment=$$name $(COARSE); done
+	set -e; for name in $(EXPERIMENTS); do $(BIN)/snowrepro run experiment=$$name $(COARSE) --no-report; done
+	set -e; for name in $(CLAIMS); do $(BIN)/snowrepro claims experiment=$$name $(COARSE) --no-report; done
 	$(BIN)/snowrepro report $(COARSE)
 
-test: $(VENV)/installed  ## the fast tests
+test: $(VENV)/all  ## the fast tests
 	$(BIN)/python -m pytest -n auto --dist worksteal -m "not slow and not nightly"
 
-validate: $(VENV)/installed  ## all tests, with a table of what was compared with theory
+validate: $(VENV)/all  ## all tests, with a table of what was compared with theory
 	$(BIN)/python -m pytest -n auto --validation-page=reports/validation/index.md
 
-slow: $(VENV)/installed  ## tests that make test leaves out
+slow: $(VENV)/all  ## tests that make test leaves out
 	$(BIN)/python -m pytest -n auto --dist worksteal -m slow
 
-nightly: $(VENV)/installed  ## the rest: what would make CI too long for every change
+nightly: $(VENV)/all  ## the rest: what would make CI too long for every change
 	$(BIN)/python -m pytest -n auto --dist worksteal -m nightly
 
-lint: $(VENV)/installed
+lint: $(VENV)/all
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
@@ -40,7 +43,7 @@ lint-js:
 	@if command -v npx >/dev/null; then npx --yes $(BIOME) ci --error-on-warnings; \
 	else echo "There is no npx (Node.js): the viewer's scripts are not checked." >&2; test -z "$$CI"; fi
 
-docs: $(VENV)/installed  ## the documentation as a website, strictly: build/docs/index.html
+docs: $(VENV)/all  ## the documentation as a website, strictly: build/docs/index.html
 	$(BIN)/python -m sphinx -b html -W --keep-going -n -E -q -d build/doctrees docs build/docs
 
 benchmark: $(VENV)/installed
@@ -55,15 +58,20 @@ validator: $(VENV)/installed
 
 # Renew the locked dependencies (needs uv): hashes, no addresses.
 lock:
-	uv pip compile --universal --generate-hashes --no-emit-index-url --no-header \
-		--python-version 3.10 pyproject.toml --extra dev -o requirements.lock
+	$(LOCK) --extra dev -o requirements-dev.lock
+	$(LOCK) --extra clone -c requirements-dev.lock -o requirements.lock
 
-# The wheel cache of pip makes a second environment quick; --no-deps because the lock is complete.
+# What snowrepro runs with.
 $(VENV)/installed: requirements.lock pyproject.toml
 	$(PYTHON) -c 'import sys; assert (3, 10) <= sys.version_info < (3, 14), "Python 3.10 to 3.13 is needed; try make PYTHON=python3.12"'
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes --no-deps -r requirements.lock
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	$(INSTALL) --require-hashes --no-deps -r $<
+	$(INSTALL) --no-deps --no-build-isolation --editable .
+	touch $@
+
+# What tests, linters and documentation need beside.
+$(VENV)/all: requirements-dev.lock $(VENV)/installed
+	$(INSTALL) --require-hashes --no-deps -r $<
 	touch $@
 
 clean:

@@ -1,4 +1,4 @@
-"""Sphinx's configuration: Markdown pages, two of them completed from the program itself."""
+"""Sphinx's configuration: Markdown pages, some of them completed from the program itself."""
 
 import os
 import re
@@ -8,6 +8,7 @@ from pathlib import Path
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
 
+import columns  # noqa: E402
 import commands  # noqa: E402
 import settings  # noqa: E402
 
@@ -30,7 +31,7 @@ nitpicky = True
 # published (SNOWREPRO_FILES=https://github.com/OWNER/NAME/blob/COMMIT), else to the clone around build/docs.
 FILES = os.environ.get("SNOWREPRO_FILES", "")
 LINK = re.compile(r"(?<!!)(\[[^\]]*\])\(((?:\.\./)+[^)#\s]+)\)")
-GENERATED = {"settings": settings.page, "commands": commands.page}
+GENERATED = {"settings": settings.page, "commands": commands.page, "columns": columns.page}
 
 
 def complete(app, docname: str, source: list[str]) -> None:

@@ -1,6 +1,7 @@
 """The reference of all settings, from the classes of the configuration and the files in conf/."""
 
 import dataclasses
+import importlib
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from functools import reduce
@@ -17,12 +18,18 @@ from snowrepro.composition.compose import compose
 from snowrepro.composition.drawings import Drawing
 from snowrepro.composition.experiments import CONF_DIR, read_experiments
 from snowrepro.errors import ConfigError
+from snowrepro.report.figures import kinds
 from snowrepro.settings.config import PARTS
 
 KINDS = {float: "number", int: "whole number", str: "text", bool: "`true` or `false`", type(None): "`null`"}
 BOUNDS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
 HEAD = ["| setting | values | default | meaning |", "|---|---|---|---|"]
 ABSENT = object()
+# Units in descriptions, and how the page writes them.
+UNITS = {
+    " [1]": "", "[unit of E]": "[kg cell⁻¹ s⁻²]", "[Pa]": "[kg cell⁻¹ s⁻²]", "[kg/m^3]": "[kg cell⁻³]",
+    "^2": "²", "^3": "³",
+}  # fmt: skip
 
 
 def page() -> str:
@@ -100,7 +107,23 @@ def _section(name: str, section: type[BaseModel], values: Any) -> Iterator[str]:
     if name in ("shape", "floor"):
         yield from ["", f"In place of a polygon, `{name}.outline` may be a drawing:", "", *HEAD]
         yield from _rows(f"{name}.outline", Drawing, {}, {})
+    if name == "experiment":
+        yield from _pictures()
     yield from _options(name, chosen)
+
+
+def _pictures() -> Iterator[str]:
+    """What ``experiment.picture`` can be, from the modules that draw."""
+    yield from ["", "Pictures, chosen by `experiment.picture`:", ""]
+    yield from ["| picture | shows | needs | runs | judges the claims |", "|---|---|---|---|---|"]
+    for picture in kinds.list_figure_names():
+        module = importlib.import_module(f"{kinds.__package__}.{picture}")
+        figure = module.FIGURE
+        number = f" ({figure.frames} of them)" if figure.frames else ""
+        needs = ", ".join(f"`{name}`" for name in figure.needs) + number
+        runs = "none" if not figure.needs_runs else "falls and hardness tests" if figure.takes_indenter else "falls"
+        judged = "yes" if figure.is_judged else "no"
+        yield f"| `{picture}` | {plain((module.__doc__ or '').strip())} | {needs or 'nothing'} | {runs} | {judged} |"
 
 
 def _rows(under: str, section: type[BaseModel], values: Any, why: Mapping[str, str]) -> Iterator[str]:
@@ -118,9 +141,16 @@ def _rows(under: str, section: type[BaseModel], values: Any, why: Mapping[str, s
 
 def _row(key: str, field: FieldInfo, value: Any, why: str) -> str:
     said = field.description or ""
-    meaning = "; ".join(plain(text).rstrip(".") for text in (said, why if _adds(why, said) else "") if text)
+    meaning = "; ".join(
+        plain(_write_units(text)).rstrip(".") for text in (said, why if _adds(why, said) else "") if text
+    )
     default = "" if value is ABSENT else f"`{_short(value)}`"
     return f"| `{key}` | {_values(field)} | {default} | {meaning} |"
+
+
+def _write_units(text: str) -> str:
+    """A description with the units of the default reading as people read them."""
+    return reduce(lambda written, unit: written.replace(*unit), UNITS.items(), text)
 
 
 def _adds(comment: str, description: str) -> bool:
@@ -213,7 +243,7 @@ def _options(name: str, chosen: str) -> Iterator[str]:
     if paths:
         yield from ["", f"Options, chosen by `{name}=`:", "", "| option | content |", "|---|---|"]
     for path in paths:
-        yield f"| `{path.stem}`{' (default)' if path.stem == chosen else ''} | {plain(about(path))} |"
+        yield f"| `{path.stem}`{' (default)' if path.stem == chosen else ''} | {plain(_write_units(about(path)))} |"
 
 
 def _scenes_and_variants() -> Iterator[str]:

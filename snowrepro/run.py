@@ -1,5 +1,6 @@
 """One run from its configuration to a stored result; doing it again finds it done."""
 
+import functools
 import json
 import logging
 import os
@@ -18,7 +19,7 @@ from omegaconf import DictConfig
 from .composition.compose import job_overrides, validate
 from .errors import Diverged, FailedBefore, LeaseLost, NoSolver, SnowreproError, StoreError
 from .foreign import Unreadable, is_plain_file
-from .mpm import ledger
+from .mpm import home, ledger
 from .progress import show_progress
 from .settings.config import Config
 from .store import lease, states
@@ -45,12 +46,16 @@ def simulate(
 ) -> xr.Dataset:
     """Simulate one run, in memory alone; see ``simulate_case`` for what is returned and raised.
 
-    ``progress``: whether to show a bar, on a terminal or in a notebook.  Raises NoSolver where Taichi is not installed.
+    ``progress``: whether to show a bar, on a terminal or in a notebook.  Raises NoSolver where Taichi is not installed,
+    ConfigError where it computes on another device than was asked for.
     """
-    solver = _solver()
+    solver, device = _solver(), _device()
+    warn_of_settings_left_out()
     with show_progress("frame", config.case.frames, is_hidden=not progress) as update:
 
         def note_frame(now: "Progress") -> None:
+            """See that the frame was computed where it should be, and pass it on."""
+            device.require_device(config.case.solver.device)
             update(now.frame, now.frames)
             if on_frame:
                 on_frame(now)
@@ -68,6 +73,21 @@ def _solver() -> ModuleType:
             raise
         raise NoSolver from error
     return simulation
+
+
+def _device() -> ModuleType:
+    """What asks Taichi where it computes, loaded as late."""
+    from .mpm import device
+
+    return device
+
+
+@functools.cache
+def warn_of_settings_left_out() -> None:
+    """Say once which of Taichi's settings in the environment are not used."""
+    if home.left_out:
+        given = ", ".join(f"{name}={value}" for name, value in sorted(home.left_out.items()))
+        log.warning("not used: %s; what a run is computed on, and how, its configuration says (solver.device)", given)
 
 
 def do_run(run: Run, on_progress: Callable[["Progress"], None] | None = None) -> Path:
@@ -113,6 +133,7 @@ def _attempt(run: Run, on_progress: Callable[["Progress"], None] | None, lease_o
             particles, substeps = dataset.sizes["particle"], int(dataset["substeps"].sum())
             log.info("%s particles, %s substeps, %.1f s", f"{particles:,}", f"{substeps:,}", watch.seconds())
             facts = {"peak_memory_mb": peak_memory_mb(), "began": watch.began, "command": command(job_overrides())}
+            facts["device"] = _device().read_device()
             run.save(dataset, facts, folder, wall_seconds=watch.seconds(), seconds_per_frame=watch.per_frame())
         except KeyboardInterrupt:
             _record(run, lease_of_run, states.INTERRUPTED, f"stopped in frame {watch.frame + 1}")

@@ -2,7 +2,8 @@
 
 A page's ``sh`` and ``python`` blocks run in order, in an empty folder of its own, with a copy of the program whose runs
 are coarse and short by default; so a block is run as the reader sees it.  A ``yaml`` block that begins with a comment
-``# conf/...`` is written to that file when its turn comes.  A comment in front of a block says what else to do:
+``# conf/...`` or ``# experiments/...``, maybe behind Hydra's own, is written to that file when its turn comes.  A
+comment in front of a block says what else to do:
 
     <!-- test: skip, REASON -->       it is not run; what it calls must exist all the same
     <!-- test: from PATH -->          it is not run; it must stand in that file of the repository, word by word
@@ -22,6 +23,8 @@ from pathlib import Path
 import pytest
 
 from snowrepro.composition.compose import compose
+from snowrepro.report.figures.kinds import list_figure_names
+from snowrepro.summary.row import ALL_COLUMNS
 from tests.test_workflows import unknown
 
 ROOT = Path(__file__).parents[1]
@@ -34,7 +37,7 @@ FENCE = re.compile(
     re.MULTILINE | re.DOTALL,
 )
 LINK = re.compile(r"\]\(([^)\s]+)\)")
-FILE = re.compile(r"# ((?:conf|experiments)/\S+\.yaml)\n")
+FILE = re.compile(r"(?:# @package _global_\n)?# ((?:conf|experiments)/\S+\.yaml)\n")
 MOST_SECONDS = 900
 # What makes a run short: each text in a file of conf/ by another, everywhere in the file.
 SHORTER = {
@@ -203,10 +206,11 @@ def settings_of(values: object, under: str = "") -> Iterator[str]:
 def generators(monkeypatch):
     """The scripts in docs/ that write pages."""
     monkeypatch.syspath_prepend(str(DOCS))
+    import columns
     import commands
     import settings
 
-    return settings, commands
+    return settings, commands, columns
 
 
 def test_the_page_of_settings_names_every_setting(generators):
@@ -218,11 +222,28 @@ def test_the_page_of_settings_names_every_setting(generators):
     assert {name for name in expected if f"| `{name}` |" not in page} == set()
 
 
+def test_the_page_of_settings_names_every_picture(generators):
+    """With what each needs."""
+    page = generators[0].page()
+    assert {name for name in list_figure_names() if f"| `{name}` |" not in page} == set()
+    assert (
+        "| `setting` | Figure 4: the setting of a run, pressed and falling. | `frames` (2 of them) | falls | no |"
+        in page
+    )
+
+
 def test_the_page_of_commands_names_every_command(generators):
     """And the options of one."""
     page = generators[1].page()
     for text in ("snowrepro run", "snowrepro bless", "`--against B`", "exit codes: 0 the same bits"):
         assert text in page
+
+
+def test_the_page_of_numbers_explains_every_column(generators):
+    """With what it means and its unit."""
+    page = generators[2].page()
+    assert {name for name in ALL_COLUMNS if f"| `{name}` | " not in page} == set()
+    assert "| kg cell⁻¹ s⁻² | Pa |" in page and not re.search(r"\|\s*\|", page)
 
 
 def test_skipped_blocks_are_few():

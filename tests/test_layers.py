@@ -11,7 +11,7 @@ import snowrepro
 
 PACKAGE = Path(snowrepro.__file__).parent
 ROOMS = (
-    "errors", "units", "sources", "version", "text", "markup", "progress", "foreign", "settings",
+    "errors", "units", "quantities", "sources", "version", "text", "markup", "progress", "foreign", "settings",
     "composition", "physics", "scene", "mpm", "reference",
     "simulation", "store", "analysis", "summary", "run", "sweep", "evidence", "report", "notebook", "checks",
     "cli",

@@ -18,7 +18,7 @@ import pandas as pd
 from ..errors import StoreError
 from ..settings.case import MODEL_VERSION
 from ..store.files import published, read_json, write_json
-from ..store.provenance import provenance
+from ..store.provenance import CLONE, provenance
 
 FOLDER = Path("reports/baseline")
 ORIGIN, PRINTS, LOG = "origin.json", "fingerprints.json", "log.md"
@@ -50,10 +50,18 @@ class Baseline:
         part = PARTS[tier]
         model = self.origin.get(part, {}).get("model_version")
         if model is None:
-            return f"no reference in {self.folder}: snowrepro bless makes one"
+            return f"no reference in {self.folder}: {self._find_remedy()}"
         if model != MODEL_VERSION:
             return f"the reference is of model version {model}, this is {MODEL_VERSION}: snowrepro bless renews it"
         return ""
+
+    def _find_remedy(self) -> str:
+        """Return what to do where there is no reference."""
+        if self.folder.is_dir():
+            return "snowrepro bless makes one"
+        known = CLONE / FOLDER
+        where = known if known.is_dir() else f"CLONE/{FOLDER}"
+        return f"they are in a clone of the program: go there, or name them, --baseline {where}"
 
 
 def read_baseline(folder: Path) -> Baseline:

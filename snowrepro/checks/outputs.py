@@ -39,14 +39,10 @@ def format_finding(finding: Finding) -> str:
     return f"{finding.tier}  {finding.state:12}  {result}"
 
 
-def format_findings(findings: Sequence[Finding]) -> list[str]:
-    """Format the findings as lines for a screen, tier by tier."""
-    lines = []
-    for tier, name in TIERS.items():
-        findings_of_tier = [finding for finding in findings if finding.tier == tier]
-        if findings_of_tier:
-            lines += [f"tier {tier}, {name}", *map(format_finding, findings_of_tier)]
-    return lines
+def format_next(finding: Finding, before: Sequence[Finding]) -> list[str]:
+    """Format a finding as lines for a screen, under the title of its tier if it is the first of that tier."""
+    is_first = all(finding.tier != other.tier for other in before)
+    return [f"tier {finding.tier}, {TIERS[finding.tier]}"] * is_first + format_finding(finding).split("\n")
 
 
 def write_findings(findings: Sequence[Finding], about: Mapping[str, str], folder: Path, finished: bool = True) -> None:

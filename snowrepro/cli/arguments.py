@@ -1,11 +1,15 @@
 """Arguments and words of the help that several verbs share."""
 
 import argparse
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 EXITS = "exit codes: 0 fine, 2 bad input (config, folder), 3 runs failed, 130 interrupted"
-SWEEP = "name of a remembered sweep, or the overrides that make one"
+SWEEP = "name of a remembered sweep (an experiment's: its newest), or the overrides that make one"
+
+
+DEFAULT_STORE = "runs"
+FOLDERS = ("store=", "reports=")  # what else names a folder: see ``folders``
 
 
 def add_multirun(parser: argparse.ArgumentParser) -> None:
@@ -18,9 +22,35 @@ def add_verify(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--verify", action="store_true", help="read all results, and not just their sizes and times")
 
 
-def add_store(parser: argparse.ArgumentParser) -> None:
-    """Where the runs are."""
-    parser.add_argument("--store", default="runs", help="folder that keeps the runs (default: %(default)s)")
+def add_no_report(parser: argparse.ArgumentParser) -> None:
+    """Whether the report is left for later."""
+    parser.add_argument("--no-report", action="store_true", help="draw no report: 'snowrepro report' can do it later")
+
+
+def add_store(
+    parser: argparse.ArgumentParser, default: str = DEFAULT_STORE, what: str = "folder that keeps the runs"
+) -> None:
+    """Where the runs are; ``folders`` puts the default in its place."""
+    parser.add_argument("--store", metavar="FOLDER", help=f"{what} (default: {default}); also: store=FOLDER")
+    parser.set_defaults(default_store=default)
+
+
+def add_folders(parser: argparse.ArgumentParser, writes_reports: bool = False) -> None:
+    """Where the runs are, and where reports go, for a verb whose overrides are Hydra's."""
+    add_store(parser)
+    if writes_reports:
+        add_reports(parser)
+    parser.set_defaults(has_overrides=True)
+
+
+def add_reports(parser: argparse.ArgumentParser) -> None:
+    """Where reports are."""
+    parser.add_argument("--reports", metavar="FOLDER", help="folder that keeps the reports; also: reports=FOLDER")
+
+
+def split_folders(words: Sequence[str]) -> tuple[list[str], list[str]]:
+    """The words of a command line without those that name a folder by an override, and these."""
+    return [word for word in words if not word.startswith(FOLDERS)], [w for w in words if w.startswith(FOLDERS)]
 
 
 def add_checked(parser: argparse.ArgumentParser) -> None:
@@ -34,9 +64,7 @@ def add_checked(parser: argparse.ArgumentParser) -> None:
         "--baseline", type=Path, default=Path("reports/baseline"), metavar="FOLDER",
         help="that keeps the references (default: %(default)s)",
     )  # fmt: skip
-    parser.add_argument(
-        "--store", default="check-runs", metavar="FOLDER", help="that keeps the runs (default: %(default)s)"
-    )
+    add_store(parser, "check-runs")
 
 
 def complete_by(action: argparse.Action, list_candidates: Callable[..., Iterable[str]]) -> None:

@@ -18,6 +18,7 @@ from ..errors import StoreError
 _PACKAGE = Path(__file__).resolve().parents[1]
 BUILT_IN = _PACKAGE / "conf" if (_PACKAGE / "conf").is_dir() else _PACKAGE.parent / "conf"
 OWN = Path("conf")  # the user's, in the working directory
+OWN_EXPERIMENTS = Path("experiments")
 SWEEPS, RECORD, WORK = "sweeps", "sweep.json", ".work"
 SWEEP_NAME = re.compile(r"[\w=+~][\w.,=+~-]*")
 TABLE = "results.csv"  # of a sweep: its first line has the names of the columns
@@ -110,6 +111,7 @@ def _options_by_group() -> dict[str, list[str]]:
         # Not one glob: conf/experiment is a link, which ** does not follow.
         for path in (*conf.glob("*/*.yaml"), *conf.glob("*/*/*.yaml")):
             names.setdefault(path.parent.relative_to(conf).as_posix(), set()).add(path.stem)
+    names.setdefault("experiment", set()).update(path.stem for path in OWN_EXPERIMENTS.glob("*.yaml"))
     return {group: sorted(stems) for group, stems in names.items()}
 
 

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Sequence
 
 from ..errors import ExitCode, NoSolver, SnowreproError
+from .arguments import split_folders
 from .deferred import deferred_imports
 from .surroundings import prepare_process
 
@@ -34,7 +35,7 @@ VERBS = {
 }
 
 with deferred_imports():  # of which a help needs nothing
-    from . import completion, screen, versions
+    from . import completion, folders, screen, versions
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -43,22 +44,31 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if "_ARGCOMPLETE" in os.environ:  # a shell asks what can follow
         completion.print_candidates(build_parser(completion.read_typed_words()))
     words = sys.argv[1:] if arguments is None else arguments
-    parser = build_parser(words)
     if not words:
-        parser.print_help(sys.stderr)
-        sys.exit(int(ExitCode.USAGE))
-    options, rest = parser.parse_known_args(words)
+        build_parser(words).print_help()
+        sys.exit(int(ExitCode.FINE))
+    sys.exit(int(_execute(*read_command_line(words))))
+
+
+def read_command_line(words: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
+    """What a command line asks for, and its words that name a folder by an override; exits where it cannot be read."""
+    others, named = split_folders(words)
+    parser = build_parser(others)
+    options, rest = parser.parse_known_args(others)
+    if named:
+        rest += folders.list_strange(options, named)
     if rest and ("overrides" not in options or any(word.startswith("-") for word in rest)):
         parser.error(f"unrecognized arguments: {' '.join(rest)}")
     if rest:
         options.overrides += rest  # argparse stops at an option between overrides
-    sys.exit(int(_execute(options)))
+    return options, named
 
 
 def build_parser(words: Sequence[str] | None = None) -> argparse.ArgumentParser:
     """The parser of a command line: all verbs, with the arguments of the one that ``words`` call, or else of all."""
     parser = argparse.ArgumentParser(
-        prog="snowrepro", description='Reproduce "Snow Simulation Considering Pressure Sintering".'
+        prog="snowrepro",
+        description='Reproduce "Snow Simulation Considering Pressure Sintering", in two dimensions as the paper does.',
     )
     parser.add_argument("--version", action=_PrintVersion, nargs=0, help="print the version and exit")
     verbs = parser.add_subparsers(required=True, metavar="command")
@@ -76,10 +86,11 @@ def build_parser(words: Sequence[str] | None = None) -> argparse.ArgumentParser:
     return parser
 
 
-def _execute(options: argparse.Namespace) -> ExitCode:
-    """Do what the verb does; returns the exit code, after a line on what went wrong."""
+def _execute(options: argparse.Namespace, named: Sequence[str]) -> ExitCode:
+    """Do what the verb does, in the folders that are ``named``; returns the exit code, and says what went wrong."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # a batch system's end is as orderly as Ctrl-C
     try:
+        folders.settle_folders(options, named)
         code: ExitCode = options.execute(options)
         sys.stdout.flush()
     except BrokenPipeError:  # whoever read, has read enough

@@ -22,10 +22,8 @@ def plan_overrides(overrides: Sequence[str], multirun: bool, part: tuple[int, in
 def plan_sweep(words: Sequence[str], multirun: bool) -> Plan:
     """The plan of a sweep that is named, or described by overrides.  Raises ConfigError if it would have no runs."""
     store, others = split_store(words)
-    if others and others[0] in record.list_sweeps(store):
+    if others and (is_name(others[0]) or others[0] in record.list_sweeps(store)):
         return record.plan_remembered(others[0], store, others[1:])
-    if others and is_name(others[0]):
-        record.read_record(others[0], store)  # says which there are
     plan = plan_overrides(words, multirun)
     if plan.experiment and not needs_runs(plan.runs):
         raise ConfigError(f"experiment '{plan.experiment.name}' has no runs")
@@ -38,11 +36,14 @@ def is_name(word: str) -> bool:
 
 
 def expand_name(name: str, overrides: Sequence[str], store: str) -> list[str]:
-    """The overrides of a sweep by its name, or that of its experiment if it has one, and further overrides."""
+    """The overrides of a sweep by its name, or that of its experiment if it has one, and further overrides.
+
+    A name that is not the sweep's whole name says nothing of seeds: see ``record.find_sweep``.
+    """
     seeds, others = split_seeds(overrides)
     if name:
-        is_remembered = name in record.list_sweeps(store)
-        named = record.read_record(name, store).usable_overrides() if is_remembered else [f"experiment={name}"]
-        others = [*named, *others]
+        sweep = record.find_sweep(name, store, others)
+        named = record.read_record(sweep, store).usable_overrides() if sweep else [f"experiment={name}"]
+        others = record.merge_overrides(named if sweep == name else record.drop_seeds(named), others)
     others.append(override_folder("store", store))
     return with_seeds(others, seeds) if seeds is not None else others

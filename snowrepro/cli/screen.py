@@ -24,9 +24,9 @@ def show(*lines: object) -> None:
         print(make_printable(line))
 
 
-def print_rows(row: Mapping[str, Any]) -> None:
-    """Name and value a line; floats in five digits, whole numbers with separators."""
+def print_rows(row: Mapping[str, Any], units: Mapping[str, str] | None = None) -> None:
+    """Name, value and unit a line; floats in five digits, whole numbers with separators."""
     width = max(len(name) for name in row)
     for name, value in row.items():
         form = ".5g" if isinstance(value, float) else "," if type(value) is int else ""
-        show(f"{name:{width}}  {value:{form}}")
+        show(f"{name:{width}}  {value:{form}} {(units or {}).get(name, '')}".rstrip())

@@ -1,9 +1,11 @@
 """What verbs do with the runs of a plan: prepare and run what is missing, and require that all have results."""
 
+import shlex
 import time
+from collections.abc import Sequence
 
-from ..errors import ExitCode, RunsFailed, StoreError
-from ..evidence.collect import write_results
+from ..errors import ConfigError, ExitCode, RunsFailed, StoreError
+from ..evidence.collect import CSV, find_varied_columns, write_results
 from ..report.figures.kinds import needs_runs
 from ..scene.build import build_scene, check_size
 from ..settings.case import Case
@@ -41,18 +43,27 @@ def _list_scenes(plan: Plan) -> list[Case]:
 
 
 def run_missing(plan: Plan, is_whole: bool = True) -> None:
-    """Run what is not done of a sweep, which the store then remembers if it ``is_whole``."""
+    """Run what is not done of a sweep, which the store then remembers if it ``is_whole``.
+
+    A sweep that is refused is not remembered, unless it was before.  Raises ConfigError, RunsFailed, StoreError.
+    """
     require_own_folders(plan.runs[0].store)
     require_writable(plan.runs[0].store)
     decided = todo.decide(plan)
     expected = estimate_todo(plan, decided)
     for line in describe_todo(plan, decided, expected):
         say(line)
+    is_new = is_whole and record.name_sweep(plan.overrides) not in record.list_sweeps(plan.runs[0].store)
     if is_whole:
         record.write_record(plan)
     if decided.to_run:
         started = time.monotonic()
-        launch(plan, [decision.planned for decision in decided.to_run], expected.memory_mb)
+        try:
+            launch(plan, [decision.planned for decision in decided.to_run], expected.memory_mb)
+        except ConfigError:
+            if is_new:
+                record.forget_record(plan)
+            raise
         say(_describe_cost(plan, len(decided.to_run), time.monotonic() - started))
 
 
@@ -62,6 +73,39 @@ def write_table(plan: Plan) -> None:
         write_results(plan)
     except StoreError as error:
         say(f"no table of results: {error}")
+
+
+def describe_sweep(plan: Plan) -> list[str]:
+    """Lines on how a sweep is called, where its table is, and what can be done with it next."""
+    name = record.name_sweep(plan.overrides)
+    table = record.locate_sweep(name, plan.runs[0].store) / CSV
+    store = [word for word in plan.overrides if word.startswith("store=")]
+    measure = "hardness" if all(run.case.indenter for run in plan.runs) else "lump_fraction"
+    x, *colours = _choose_axes(plan)
+    colour = [f"colour={colours[0]}"] if colours else []
+    commands = [
+        ["snowrepro", "report", name, *store],
+        ["snowrepro", "plot", name, f"x={x}", f"y={measure}", *colour, *store],
+    ]
+    lines = [f"sweep: {name}", *([f"table: {table}"] if table.exists() else [])]
+    return [*lines, *(f"next:  {shlex.join(words)}" for words in commands)]
+
+
+def _choose_axes(plan: Plan) -> Sequence[str]:
+    """The columns to draw a sweep over, the first a number if there is any; seeds only where nothing else varies."""
+    varied = find_varied_columns(plan)
+    names = [name for name in varied if name != "seed"]
+    numbers = [name for name in names if all(map(_is_number, varied[name]))]
+    return list(dict.fromkeys([*numbers[:1], *names])) or [*varied] or ["pressure"]
+
+
+def _is_number(value: object) -> bool:
+    """Whether a value of a column is a number, or the text of one."""
+    try:
+        float(str(value))
+    except ValueError:
+        return False
+    return True
 
 
 def require_results(plan: Plan) -> ExitCode:

@@ -14,14 +14,41 @@ FOLDER = "experiment"
 _PACKAGE = Path(__file__).resolve().parents[1]
 # An installed wheel carries conf/ inside the package; a clone has it beside.
 OWN_DIR = Path("conf")  # of the user's own options, in the working directory
+OWN_EXPERIMENTS = Path("experiments")  # likewise, for experiments alone
+HEADER = b"# @package _global_"  # without it in its first bytes a file is none of ours
+HEADER_BYTES = 512
 CONF_DIR = _PACKAGE / "conf" if (_PACKAGE / "conf").is_dir() else _PACKAGE.parent / "conf"
 
 
 def read_experiments() -> dict[str, dict[str, Any]]:
     """The ``experiment`` section of each experiment's file, by the file's name; the user's own beside the built-in."""
     folders = dict.fromkeys(path.resolve() for path in (CONF_DIR / FOLDER, OWN_DIR / FOLDER) if path.is_dir())
-    paths = {path.stem: path for folder in folders for path in sorted(folder.glob("*.yaml"))}
+    paths: dict[str, Path] = {}
+    for path in (*(path for folder in folders for path in sorted(folder.glob("*.yaml"))), *list_own_experiments()):
+        paths.setdefault(path.stem, path)  # as with Hydra, of two files of one name the first counts
     return {name: _read(path, path.stat().st_mtime_ns) for name, path in paths.items()}
+
+
+def find_own_experiments() -> Path | None:
+    """The user's folder ``experiments``; None if there is none, or it is the program's own or that in ``conf``."""
+    folder = OWN_EXPERIMENTS.resolve()
+    is_known = folder in ((CONF_DIR / FOLDER).resolve(), (OWN_DIR / FOLDER).resolve())
+    return folder if folder.is_dir() and not is_known else None
+
+
+def list_own_experiments() -> list[Path]:
+    """The experiments in the user's folder of that name, which may hold other files too."""
+    folder = find_own_experiments()
+    return [OWN_EXPERIMENTS / path.name for path in sorted(folder.glob("*.yaml")) if _is_ours(path)] if folder else []
+
+
+def _is_ours(path: Path) -> bool:
+    """Whether a file begins as an experiment does."""
+    try:
+        with path.open("rb") as file:
+            return HEADER in file.read(HEADER_BYTES)
+    except OSError:
+        return False
 
 
 def list_in_paper_order() -> list[str]:

@@ -3,27 +3,30 @@
 ``tests/composition/test_hydra_private.py`` fails first when one has.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from hydra._internal.callbacks import Callbacks
 from hydra._internal.config_loader_impl import ConfigLoaderImpl
 from hydra._internal.config_repository import CachingConfigRepository
 from hydra._internal.core_plugins.basic_sweeper import BasicSweeper
+from hydra._internal.core_plugins.file_config_source import FileConfigSource
 from hydra._internal.hydra import Hydra
 from hydra.core.config_store import ConfigStore
 from hydra.core.default_element import ConfigDefault
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.override_parser.overrides_parser import OverridesParser
-from hydra.core.override_parser.types import Override, OverrideType, RangeSweep, Transformer
+from hydra.core.override_parser.types import ChoiceSweep, Override, OverrideType, RangeSweep, Transformer
 from hydra.core.utils import JobReturn
 from hydra.types import HydraContext
 from omegaconf import DictConfig, OmegaConf
 
+from .spacing import SPACINGS, Number
+
 __all__ = [
-    "CachingConfigRepository", "ConfigDefault", "ConfigLoaderImpl", "Override", "OverrideType", "OverridesParser",
-    "RangeSweep", "as_text", "context_of", "forget_hydra", "initialised_hydra", "jobs_of", "loader_of_options",
-    "offer_options", "option_repository", "result_of",
+    "CachingConfigRepository", "ConfigDefault", "ConfigLoaderImpl", "FileConfigSource", "Override", "OverrideType",
+    "OverridesParser", "RangeSweep", "as_text", "context_of", "forget_hydra", "initialised_hydra", "jobs_of",
+    "loader_of_options", "make_parser", "offer_options", "option_repository", "result_of",
 ]  # fmt: skip
 
 
@@ -55,6 +58,24 @@ def offer_options(group: str, options: Mapping[str, Mapping[str, Any]]) -> None:
 def option_repository(loader: ConfigLoaderImpl, config_name: str, overrides: Sequence[str]) -> CachingConfigRepository:
     """The files of all options, with the folders that ``overrides`` add."""
     return loader._parse_overrides_and_create_caching_repo(config_name, list(overrides))[1]
+
+
+def make_parser(loader: ConfigLoaderImpl | None = None) -> OverridesParser:
+    """What reads overrides: Hydra's grammar, with the functions of ``spacing`` beside its ``range``."""
+    parser = OverridesParser.create(loader)
+
+    def register(name: str, space: Callable[[Number, Number, int], list[Number]]) -> None:
+        """Let a function of this name stand for the numbers that ``space`` gives."""
+
+        def choose(start: Number, stop: Number, count: int) -> ChoiceSweep:
+            """What Hydra makes of a call, whose types it checks by this signature."""
+            return ChoiceSweep(list=list(space(start, stop, count)))
+
+        parser.functions.register(name, choose)
+
+    for name, space in SPACINGS.items():
+        register(name, space)
+    return parser
 
 
 def jobs_of(overrides: Sequence[Override]) -> list[list[str]]:

@@ -1,16 +1,20 @@
 """What is wrong with a configuration, in one line that names the key and the right names."""
 
 import difflib
+import functools
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, get_args, get_origin
 
 import yaml
 from pydantic import BaseModel
+from pydantic.fields import FieldInfo
 
 from ..settings.config import PARTS
 
+MOST_NAMED = 4  # keys that may be meant
+LEAST_LIKE = 0.8  # of two whole keys, of which one may be meant by the other
 DRAWING = ("kind", "path", "fill_rule", "file", "region", "width")  # keys of an outline that is read from a drawing
 
 
@@ -32,6 +36,9 @@ def one_message(error: Exception) -> str:
     said = next((text for each in list_causes(error) if (text := str(each).strip())), type(error).__name__)
     lines = [line.strip() for line in said.splitlines() if line.strip()]
     text = " ".join(lines)
+    evaluated = re.search(r"\w+ while evaluating '[^']*': (.+?) See https://", text)
+    if evaluated:  # a function such as range(...) was given what it does not take
+        return evaluated[1]
     choice = re.search(
         r"Could not find '([^/']+)/([^']*)' Available options in '[^']+': (.*?)( Config search path|$)", text
     )
@@ -76,8 +83,34 @@ def _section(annotation: Any) -> type[BaseModel] | None:
     return next((kind for kind in kinds if isinstance(kind, type) and issubclass(kind, BaseModel)), None)
 
 
+def _find_same(word: str) -> list[str]:
+    """The keys of all settings whose last word is this one, in large or small letters."""
+    return [key for key in _list_keys() if key.rpartition(".")[2].lower() == word.lower()]
+
+
+def _find_close(word: str) -> list[str]:
+    """The keys of all settings whose last word is close to this one, the closest first."""
+    words = {key.rpartition(".")[2].lower() for key in _list_keys()}
+    return [key for close in difflib.get_close_matches(word.lower(), words, n=1) for key in _find_same(close)]
+
+
+@functools.cache
+def _list_keys() -> list[str]:
+    """The keys of all settings, those in sections by their whole names; without those of the items of a list."""
+
+    def walk(fields: Mapping[str, FieldInfo], under: str) -> Iterator[str]:
+        """The keys of a section, which is called ``under``."""
+        for name, field in fields.items():
+            yield f"{under}{name}"
+            inner = None if get_origin(field.annotation) is tuple else _section(field.annotation)
+            if inner:
+                yield from walk(inner.model_fields, f"{under}{name}.")
+
+    return [key for part in PARTS.values() for key in walk(part.model_fields, "")]
+
+
 def _no_such_key(key: str) -> str:
-    """Say that a key does not exist, which is near to it, and which there are."""
+    """Say that a key does not exist, which is near to it, also in other sections, and which there are."""
     fields = {name: field for part in PARTS.values() for name, field in part.model_fields.items()}
     *parents, last = key.split(".")
     for parent in parents:
@@ -89,6 +122,8 @@ def _no_such_key(key: str) -> str:
     names = sorted({*fields, *(DRAWING if "points" in fields else ())})
     if last in names:
         return f"'{key}' is not set by the options chosen; to set it, write +{key}=..."
-    near = difflib.get_close_matches(last, names, n=1)
-    hint = f"; did you mean '{near[0]}'?" if near else "."
+    word = key.rpartition(".")[2]
+    whole = difflib.get_close_matches(key, _list_keys(), n=1, cutoff=LEAST_LIKE) if last != word else []
+    near = whole or _find_same(word) or difflib.get_close_matches(last, names, n=1) or _find_close(word)
+    hint = f"; did you mean {' or '.join(repr(name) for name in near[:MOST_NAMED])}?" if near else "."
     return f"there is no setting '{key}'{hint} There are: {', '.join(names)}"

@@ -1,4 +1,4 @@
-"""The files of the user's folder ``conf``: what is wrong with one, and whether it is small enough to be read."""
+"""The user's files of options: what is wrong with one, and whether it is small enough to be read."""
 
 import functools
 from collections.abc import Iterator
@@ -9,7 +9,7 @@ from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from ..errors import ConfigError
-from .experiments import CONF_DIR, OWN_DIR
+from .experiments import CONF_DIR, OWN_DIR, list_own_experiments
 from .messages import describe_file_error, list_causes
 
 MOST_BYTES = 1_000_000
@@ -70,7 +70,8 @@ def _count_values(node: yaml.Node | None, known: dict[int, int]) -> int:
 
 
 def _list_files() -> Iterator[Path]:
-    """The files in the user's folder that can be options: one or two folders deep, as the built-in ones."""
+    """The files in the user's folders that can be options: one or two folders deep, as the built-in ones."""
     if OWN_DIR.is_dir() and OWN_DIR.resolve() != CONF_DIR:
         for pattern in ("*.yaml", "*/*.yaml", "*/*/*.yaml"):
             yield from (path for path in sorted(OWN_DIR.glob(pattern)) if path.is_file())
+    yield from list_own_experiments()

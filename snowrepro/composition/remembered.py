@@ -14,7 +14,7 @@ from hydra.errors import HydraException
 from ..errors import ConfigError
 from ..settings.case import Case
 from ..settings.question import Question
-from .hydra_private import OverridesParser
+from .hydra_private import OverridesParser, make_parser
 from .overrides import prepare_overrides
 
 PLACES = ("store", "reports")  # of folders
@@ -38,7 +38,7 @@ def require_harmless(overrides: Sequence[str]) -> None:
 
     Raises ConfigError that says which does not, and why.
     """
-    parser = OverridesParser.create()
+    parser = make_parser()
     for override in overrides:
         if not LAUNCHER.fullmatch(override):
             reason = _find_harm(override, parser)

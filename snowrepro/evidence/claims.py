@@ -172,15 +172,17 @@ def judge_scenes(claims: Claims, scenes: Sequence[JudgedScene]) -> list[Verdict]
     return [_judge_claim_over_scenes(claim, claims.alpha, others) for claim in claims.list if claim.test == "scenes"]
 
 
-def write_sentence(table: pd.DataFrame, verdicts: Sequence[Verdict]) -> str:
-    """Write the mass in lumps and the verdicts of one scene as a sentence."""
+def write_sentence(table: pd.DataFrame, verdicts: Sequence[Verdict], unit: str = "") -> str:
+    """Write the mass in lumps and the verdicts of one scene as a sentence.  ``unit``: of pressures."""
     parts = []
     for arm, preposition in zip(ARMS, ("with", "without"), strict=True):
         means = select_arm(table, arm, "lump_fraction").mean()
         if len(means):
             lumps = ", ".join(f"{value:.2f}" for value in means)
             pressures = ", ".join(f"{pressure:g}" for pressure in means.index)
-            parts.append(f"{preposition} sintering the mass in lumps is {lumps} at pressures {pressures}")
+            parts.append(
+                f"{preposition} sintering the mass in lumps is {lumps} at pressures {pressures} {unit}".rstrip()
+            )
     groups: dict[str, list[str]] = {}
     for verdict in sorted(verdicts, key=lambda v: list(CALIBRATION_NOTES).index(v.word)):
         groups.setdefault(_describe_verdict(verdict), []).append(verdict.claim)
@@ -314,7 +316,7 @@ def _judge_claim_over_scenes(claim: Claim, alpha: float, scenes: Sequence[Judged
     counts = _count_scenes(claim, scenes)
     verdict = Verdict(
         claim.name, claim.statement, counts=counts,
-        measured=", ".join(f"{c.claim} in {c.holds} of {c.scenes}" for c in counts) if scenes else "no other scenes",
+        measured=", ".join(map(_describe_count, counts)) if scenes else "no other scenes",
         disagrees=tuple(f"{c.claim}: {', '.join(c.against)}" for c in counts if c.against),
         seeds=min((scene.verdict(name).seeds for scene in scenes for name in claim.claims), default=0),
     )  # fmt: skip
@@ -348,6 +350,11 @@ def _count_scenes(claim: Claim, scenes: Sequence[JudgedScene]) -> tuple[Count, .
         for way in ("greater", "less")
     )
     return tuple(replace(count, p=float(p), p_less=float(q)) for count, p, q in zip(counts, more, less, strict=True))
+
+
+def _describe_count(count: Count) -> str:
+    """Describe in how many scenes the numbers agree with a claim."""
+    return f"{count.claim} in {count.holds} of {count.scenes}" if count.scenes else f"{count.claim} not run"
 
 
 def _test_count(count: Count, share: float, alternative: str) -> float:

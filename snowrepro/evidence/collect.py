@@ -93,6 +93,7 @@ def open_sweep(name: str | Path, store: str | Path = "runs") -> xr.Dataset:
     the rows of numbers as float (counts and yes/no too), NaN where there is no result, or as text, empty there; and
     ``state`` and ``run_id`` of each run.  A cell that the sweep does not ask for has the state "not asked for".
     ``name`` may also be the path of a results.nc: then the grid is the one that it holds.
+    An experiment's name stands for its newest sweep: see ``record.find_sweep``.
     Raises ConfigError where there is no such sweep, or where it makes no grid; then ``sweep_table`` still works.
     """
     if Path(name).suffix == ".nc":
@@ -112,8 +113,8 @@ def _read_grid(path: Path) -> xr.Dataset:
 def sweep_table(name: str, store: str | Path = "runs") -> pd.DataFrame:
     """Return a recorded sweep as a table with a row for each of its runs, in its order.
 
-    Coordinates as in ``open_sweep``, ``run_id``, ``state``, ``reason`` and the summary columns, NaN where there is
-    no result.  Raises ConfigError where there is no such sweep.
+    Name and coordinates as in ``open_sweep``, ``run_id``, ``state``, ``reason`` and the summary columns, NaN where
+    there is no result.  Raises ConfigError where there is no such sweep.
     """
     return collect_sweep(record.plan_remembered(name, store)).table
 
@@ -168,6 +169,13 @@ def collect_sweep(plan: Plan) -> CollectedSweep:
         length_unit=units.pop() if len(units) == 1 else "length",
         made=_combine_provenance({entry.made for entry in records if entry.made}),
     )
+
+
+def find_varied_columns(plan: Plan) -> dict[str, list]:
+    """Find the coordinates of a sweep's table that vary, each with its value in every run."""
+    further = {_name_dimension(key): values for key, values in _find_varied_keys(plan).items()}
+    columns = {**_read_coordinates(plan.runs), **further}
+    return {name: values for name, values in columns.items() if len(set(values)) > 1}
 
 
 def make_grid(sweep: CollectedSweep) -> xr.Dataset:

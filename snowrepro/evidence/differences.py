@@ -90,21 +90,23 @@ class SweepDifferences:
 def describe_differences(a: str, b: str, store: str | Path = "runs") -> list[str]:
     """Describe the differences of two runs (ids, folders or files) or of two recorded sweeps (names), as lines.
 
+    What a name and an id may be short for, say ``record.find_sweep`` and ``store.run.find_id``.
+
     Raises ConfigError where ``a`` and ``b`` are not of one kind, and StoreError where there is no such run.
     """
-    sweeps = [name for name in (a, b) if name in record.list_sweeps(store)]
+    sweeps = [name for word in (a, b) if (name := record.find_sweep(word, store))]
     if len(sweeps) == 2:
         return describe_sweep_differences(
             compare_sweeps(*(collect_sweep(record.plan_remembered(name, store)) for name in sweeps))
         )
     if sweeps:
-        other = b if sweeps == [a] else a
+        other = b if record.find_sweep(a, store) else a
         raise ConfigError(f"'{sweeps[0]}' is a sweep and '{other}' is none: name two runs or two sweeps")
     return describe_run_differences(compare_runs(a, b, store))
 
 
 def compare_runs(a: str | Path, b: str | Path, store: str | Path = "runs") -> RunDifferences:
-    """Compare two runs, each an id in ``store``, a folder or a file.
+    """Compare two runs, each an id in ``store`` (or its beginning or end), a folder or a file.
 
     Raises StoreError where there is no such run, and ConfigError where a file is none.
     """

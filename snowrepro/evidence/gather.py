@@ -14,6 +14,7 @@ from ..settings.case import ARMS
 from ..settings.question import Experiment
 from ..store import manifest
 from ..store.run import BrokenResult, Run
+from ..summary.columns import CASE_COLUMNS
 from ..summary.row import read_row, tabulate_runs
 from ..sweep.plan import Plan
 from . import claims
@@ -94,6 +95,16 @@ class Evidence:
     def first_seed_runs(self) -> list[Run]:
         """The runs with the lowest seed: one of each kind, for pictures of one run."""
         return [run for run in self.runs if run.case.seed == self.seeds[0]]
+
+    @property
+    def pressure_unit(self) -> str:
+        """The unit of the runs' pressures, for people; with an "or" where their readings have several."""
+        return CASE_COLUMNS["pressure"].format_unit(self.length_units)
+
+    @property
+    def length_units(self) -> list[str]:
+        """The units of length of the runs' readings, as files have them."""
+        return [run.case.reading.length_unit for run in self.runs]
 
     def _judge_scene(self, shape: str, floor: str) -> claims.JudgedScene:
         """Judge the claims by the runs of one scene."""

@@ -15,11 +15,11 @@ from ..summary.row import ARM
 KEYS = [ARM, "sintering", "pressure", "seed"]
 ARM_LABELS = dict(zip(ARMS, ("with sintering", "without sintering"), strict=True))
 MEASURES = {
-    "hardness": "hardness [unit of E]",
-    "flattening_most": "flattening at most [1]",
-    "flattening_end": "flattening at the end [1]",
-    "rebound": "rebound [1]",
-    "lump_fraction": "mass in lumps [1]",
+    "hardness": "hardness",
+    "flattening_most": "flattening at most",
+    "flattening_end": "flattening at the end",
+    "rebound": "rebound",
+    "lump_fraction": "mass in lumps",
 }
 OTHERS = {
     "indentation_work": "work of indentation",
@@ -51,7 +51,11 @@ class RankCorrelation:
         return self.rho > 0 and self.p <= LEVEL
 
     def __str__(self) -> str:
-        return f"{self.rho:+.2f} (p = {self.p:.1g}, {self.count} snows)" if np.isfinite(self.rho) else "none"
+        return (
+            f"{self.rho:+.2f} (p = {self.p:.1g}, {self.count} snows)"
+            if np.isfinite(self.rho)
+            else f"not known ({self.count} snows)"
+        )
 
 
 def pair_falls_with_tests(table: pd.DataFrame) -> pd.DataFrame:
@@ -90,8 +94,8 @@ def select_arm_pairs(arm: str, pairs: pd.DataFrame) -> pd.DataFrame:
     return rows.droplevel([ARM, "sintering"]).sort_index()
 
 
-def write_sentence(pairs: pd.DataFrame) -> str:
-    """Write in words whether lumps follow hardness."""
+def write_sentence(pairs: pd.DataFrame, unit: str = "") -> str:
+    """Write in words whether lumps follow hardness.  ``unit``: of pressure and hardness."""
     sintered = select_arm_pairs(ARMS[0], pairs)
     own = correlate_ranks(sintered["lump_fraction"], sintered["hardness"])
     every = correlate_ranks(pairs["lump_fraction"], pairs["hardness"])
@@ -107,7 +111,8 @@ def write_sentence(pairs: pd.DataFrame) -> str:
     text = f"{word}: Spearman's rank correlation is {own} with sintering and {every} in all."
     if len(apart):
         text += f" Hardness alone does not make them: {describe_equal_hardness(apart)}."
-    return f"{text} {_describe_ranges(pairs)}"
+    told = f"{text} {_describe_ranges(pairs)}".rstrip()
+    return f"{told} Pressure and hardness are in {unit}." if unit else told
 
 
 def _describe_ranges(pairs: pd.DataFrame) -> str:

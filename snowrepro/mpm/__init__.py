@@ -1,5 +1,6 @@
 """The expanded material point method of the paper (Fig. 1, Sec. 3.4); knows no files and no Hydra."""
 
-from .home import provide_home
+from .home import leave_settings_out, provide_home
 
 provide_home()  # before any module here imports Taichi
+leave_settings_out()

@@ -1,10 +1,28 @@
-"""A home folder for Taichi, which ends the process where it finds none, or none that it can write to."""
+"""What Taichi takes from the environment of the process, put right before it is loaded.
+
+Without a home folder that it can write to, it ends the process.  And what its own variables say, such as TI_ARCH,
+would win over the configuration of a run, which alone decides what the run is computed on.
+"""
 
 import atexit
 import os
+import re
 import shutil
 import tempfile
 from pathlib import Path
+
+# Of Taichi's variables those that change nothing that is computed: what it prints, keeps, and how much memory it takes.
+HARMLESS = re.compile(
+    r"TI_(LOG_LEVEL|OFFLINE_CACHE.*|NUM_COMPILE_THREADS|DEVICE_MEMORY_.*|ENABLE_(CUDA|TORCH|PADDLE|PYBUF)|VISIBLE_DEVICE"
+    r"|PRINT_.*|VERBOSE.*|KERNEL_PROFILER|TIMELINE|SKIP_VERSION_CHECK|CI|IN_DOCKER|MANYLINUX2014_OK|GUI_.*)"
+)
+left_out: dict[str, str] = {}  # what was taken out of the environment, by name
+
+
+def leave_settings_out() -> None:
+    """Take out of the environment what would have Taichi compute otherwise than the configuration says."""
+    for name in [name for name in os.environ if name.startswith("TI_") and not HARMLESS.fullmatch(name)]:
+        left_out[name] = os.environ.pop(name)
 
 
 def provide_home() -> None:

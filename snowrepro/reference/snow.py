@@ -28,7 +28,7 @@ class Source:
 class Law:
     """A measured quantity as a function of density.
 
-    ``formula``: in words, rho in kg/m^3; ``low``, ``high``: densities between which it was measured [kg/m^3];
+    ``formula``: in words, ρ in kg/m³; ``low``, ``high``: densities between which it was measured [kg/m^3];
     ``how``: kind of measurement, with temperature and rate where they matter; ``checked``: what it was compared with;
     ``value``: the formula at any density; ``spread``: one standard deviation [unit], 0 where none is known.
     """
@@ -115,7 +115,7 @@ def _make_modulus(
 MODULI = (
     _make_modulus(
         "Scapozza 2004",
-        "0.1873 MPa times exp(0.0149 rho)",
+        "0.1873 MPa times exp(0.0149 ρ)",
         180.0,
         490.0,
         how="triaxial press, 1e-6 to 1e-3 /s, -18.5 to -1.9 °C",
@@ -124,12 +124,12 @@ MODULI = (
             "des visko-elastischen Verhaltens von Schnee. Dissertation, ETH Zürich (title from memory)"
         ),
         checked="formula, range, rate and temperature in snow_models, the formula in a second program; weac has "
-        "another law under the same name, 5.07 GPa (rho / 917)^5.13",
+        "another law under the same name, 5.07 GPa (ρ / 917)^5.13",
         value=scapozza,
     ),
     _make_modulus(
         "Sigrist 2006",
-        "1.89 Pa times rho to the power 2.94",
+        "1.89 Pa times ρ to the power 2.94",
         215.0,
         355.0,
         how="cylinders loaded at 100 Hz",
@@ -143,7 +143,7 @@ MODULI = (
     ),
     _make_modulus(
         "Köchle 2014, light",
-        "6.1 kPa times exp(0.0396 rho)",
+        "6.1 kPa times exp(0.0396 ρ)",
         150.0,
         250.0,
         how=TOMOGRAPHY,
@@ -154,7 +154,7 @@ MODULI = (
     ),
     _make_modulus(
         "Köchle 2014, dense",
-        "6.0457 MPa times exp(0.011 rho)",
+        "6.0457 MPa times exp(0.011 ρ)",
         250.0,
         450.0,
         how=TOMOGRAPHY,
@@ -164,10 +164,10 @@ MODULI = (
     ),
     _make_modulus(
         "van Herwijnen 2016",
-        "0.93 Pa times rho to the power 2.8",
+        "0.93 Pa times ρ to the power 2.8",
         100.0,
         350.0,
-        how="bending of slabs, filmed while a saw cuts the layer below; rho is the slab's mean",
+        how="bending of slabs, filmed while a saw cuts the layer below; ρ is the slab's mean",
         source=Source(
             "van Herwijnen, A., Gaume, J., Bair, E. H., Reuter, B., Birkeland, K. W. and Schweizer, J. (2016): "
             "Estimating the effective elastic modulus and specific fracture energy of snowpack layers from field "
@@ -180,7 +180,7 @@ MODULI = (
     ),
     _make_modulus(
         "Bergfeld 2023",
-        "6.5 GPa times rho / 918 to the power 4.4",
+        "6.5 GPa times ρ / 918 to the power 4.4",
         110.0,
         363.0,
         how="bending of layered slabs, filmed while a saw cuts the layer below",
@@ -236,7 +236,7 @@ def _make_crocus(name: str, below_melting: float) -> Law:
         name,
         VISCOSITY,
         "Pa s",
-        f"7.62237e6 Pa s times rho / 250 times exp(0.1 k + 0.023 rho), k = {below_melting:g} kelvin below 0 °C",
+        f"7.62237e6 Pa s times ρ / 250 times exp(0.1 k + 0.023 ρ), k = {below_melting:g} kelvin below 0 °C",
         50.0,
         450.0,
         "fitted to the settling of alpine snow under its own weight; dry, fine grains",

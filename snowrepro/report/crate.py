@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
+from ..composition.overrides import override_folder
 from ..errors import ConfigError, StoreError
 from ..evidence.collect import collect_sweep, describe_missing, write_tables
 from ..evidence.gather import describe_run
@@ -88,12 +89,12 @@ def parse_terms(licence: str | None, agent: str | None, orcid: str | None) -> Te
     return Terms(licence, agent, orcid and f"https://orcid.org/{orcid.removeprefix('https://orcid.org/')}")
 
 
-def write_crate(name: str, store: str | Path, out: Path, terms: Terms) -> str:
+def write_crate(name: str, store: str | Path, out: Path, terms: Terms, reports: str | None = None) -> str:
     """Write the crate of a recorded sweep, or of a run by its id or an end of it, completely or not at all.
 
-    Returns a line on the runs without a result, empty if there are none.  The same store gives the same bytes.  Raises
-    ConfigError if there is no such sweep or run, or none of its runs was done; StoreError if ``out`` exists already, or
-    a result is not as it was written.
+    ``reports``: the folder that keeps the reports, if it is not the usual one.  Returns a line on the runs without a
+    result, empty if there are none.  The same store gives the same bytes.  Raises ConfigError if there is no such sweep
+    or run, or none of its runs was done; StoreError if ``out`` exists already, or a result is not as it was written.
     """
     if out.exists():
         raise StoreError(f"'{out}' is there already: remove it or name another folder, --out FOLDER")
@@ -101,7 +102,7 @@ def write_crate(name: str, store: str | Path, out: Path, terms: Terms) -> str:
     try:
         with writing(out):
             partial.mkdir(parents=True)
-            missing_runs = _fill_crate(partial, name, store, terms)
+            missing_runs = _fill_crate(partial, name, store, terms, reports)
             flush(partial)
             partial.rename(out)
             flush(out.parent)
@@ -110,10 +111,12 @@ def write_crate(name: str, store: str | Path, out: Path, terms: Terms) -> str:
     return missing_runs
 
 
-def _fill_crate(crate: Path, name: str, store: str | Path, terms: Terms) -> str:
+def _fill_crate(crate: Path, name: str, store: str | Path, terms: Terms, reports: str | None) -> str:
     """Copy all files into the crate's folder and write the metadata; returns a line on runs without a result."""
-    if name in record.list_sweeps(store):
-        title, missing_runs, runs = f"sweep {name}", _copy_sweep(crate, name, store), _list_runs(name, store)
+    sweep = record.find_sweep(name, store)
+    if sweep:
+        title, runs = f"sweep {sweep}", _list_runs(sweep, store)
+        missing_runs = _copy_sweep(crate, sweep, store, reports)
     else:
         runs = [_find_run(name, store)]
         title, missing_runs = f"run {runs[0].id}", ""
@@ -139,9 +142,9 @@ def _list_runs(name: str, store: str | Path) -> list[Run]:
     return [runs[run_id] for run_id in sorted(runs)]
 
 
-def _copy_sweep(crate: Path, name: str, store: str | Path) -> str:
+def _copy_sweep(crate: Path, name: str, store: str | Path, reports: str | None) -> str:
     """Copy the sweep's record, tables and report; returns a line on runs without a result."""
-    plan = record.plan_remembered(name, store)
+    plan = record.plan_remembered(name, store, [override_folder("reports", reports)] if reports else [])
     if not needs_runs(plan.runs):
         raise ConfigError(f"'{name}' has no runs")
     folder = record.locate_sweep(name, crate / STORE)

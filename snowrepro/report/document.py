@@ -20,7 +20,8 @@ class Picture:
 
     ``file``: its name; ``alt``: a description for those who cannot see it; ``caption``: how to read it, in Markdown;
     ``source``: the figure or equations of the paper that it reproduces; ``data``: the file in the folder that holds the
-    numbers drawn.
+    numbers drawn; ``narrow``: a picture file that a narrow screen shows before it; ``is_end_first``: whether a narrow
+    screen, on which it scrolls, begins with its right end.
     """
 
     file: str
@@ -28,6 +29,8 @@ class Picture:
     caption: str
     source: str = ""
     data: str = ""
+    narrow: str = ""
+    is_end_first: bool = False
 
 
 @dataclass(frozen=True)
@@ -174,10 +177,8 @@ def relocate_block(block: Block, folder: str) -> Block:
 
 def relocate_picture(picture: Picture, folder: str) -> Picture:
     """Return the picture as if its files were in ``folder``; see ``relocate_block``."""
-    data = picture.data and f"{folder}/{picture.data}"
-    return replace(
-        picture, file=f"{folder}/{picture.file}", data=data, caption=_relocate_links(picture.caption, folder)
-    )
+    file, data, narrow = (path and f"{folder}/{path}" for path in (picture.file, picture.data, picture.narrow))
+    return replace(picture, file=file, data=data, narrow=narrow, caption=_relocate_links(picture.caption, folder))
 
 
 def _relocate_links(text: str, folder: str) -> str:

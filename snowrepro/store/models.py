@@ -73,6 +73,7 @@ class Manifest(Stored):
     versions: Line = ""
     git_state: Line = ""
     machine: Line = ""
+    device: Line = ""  # what Taichi computed on: x64, arm64 or cuda
     wall_seconds: float = 0.0
     seconds_per_frame: float = 0.0  # NaN of a run of few frames
     peak_memory_mb: float = Field(0.0, ge=0, le=1e12)

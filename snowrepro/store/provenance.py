@@ -42,7 +42,8 @@ def command(overrides: Sequence[str] = ()) -> str:
     program = Path(sys.argv[0])
     name = program.parent.name if program.name == "__main__.py" else program.name
     words = ["snowrepro", "run", *overrides] if overrides else [name, *sys.argv[1:]]
-    return shlex.join(word for word in words if not word.startswith("store="))
+    of_option = [index + 1 for index, word in enumerate(words) if word == "--store"]
+    return shlex.join(w for i, w in enumerate(words) if i not in of_option and not w.startswith(("store=", "--store")))
 
 
 @functools.cache

@@ -15,7 +15,7 @@ import json
 import os
 import shutil
 import uuid
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from functools import cached_property
@@ -24,7 +24,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from .. import foreign
-from ..errors import StoreError
+from ..errors import ConfigError, StoreError
 from ..foreign import Unreadable
 from ..settings.case import MODEL_VERSION, Case
 from ..settings.config import Config
@@ -54,6 +54,7 @@ ARRAYS = ("position", "velocity", "mass", "density", "J_P", "hardening", "young"
 MOST_PARTICLES = 4.0
 # What a store has beside the folders of its runs, and is never a link.
 OWN = (WORK, TRASH, SWEEPS, ".sweep", "sweep.log")
+MOST_NAMED = 10  # runs in a message
 
 
 # Results that this process found not to be what they looked like: by folder, which file that was, and why.
@@ -351,7 +352,8 @@ class Run:
 def open_run(id_or_path: str | Path, store: str | Path = "runs") -> "xr.Dataset":
     """Open a run by its id in ``store`` or by the path of its file or folder, as ``simulate`` gave it.
 
-    Another code's file is opened as it is.  Raises StoreError if there is no such file or it cannot be read.
+    The beginning or end of an id is enough where it is of one run alone.  Another code's file is opened as it is.
+    Raises StoreError if there is no such file or it cannot be read, ConfigError if several runs are meant.
     """
     return open_particles(id_or_path, store)
 
@@ -364,9 +366,10 @@ def open_particles(id_or_path: str | Path, store: str | Path = "runs", group: st
 
 
 def find_result(id_or_path: str | Path, store: str | Path) -> Path:
-    """Find the file of a run by its id in ``store``, or by the path of its file or folder.
+    """Find the file of a run by the path of its file or folder, or by its id in ``store``: see ``find_id``.
 
-    It may be no regular file; only its reader can say so.  Raises StoreError if there is nothing.
+    It may be no regular file; only its reader can say so.  Raises StoreError if there is nothing, ConfigError if there
+    are several.
     """
     name, places = str(id_or_path), []
     with suppress(OSError, ValueError):  # a name too long, a folder that may not be entered, a name with a zero
@@ -378,9 +381,33 @@ def find_result(id_or_path: str | Path, store: str | Path) -> Path:
         path = place / RESULT if place.is_dir() else place
         if os.path.lexists(path):
             return path
+    if run_id := find_id(name, _list_results(Path(store)), store):
+        return Path(store) / run_id / RESULT
     raise StoreError(
-        f"there is no run '{make_printable(name)}': neither a file nor an id in the folder '{make_printable(store)}'"
+        f"there is no run '{make_printable(name)}': neither a file, nor an id in the folder '{make_printable(store)}', "
+        "nor the beginning or end of one"
     )
+
+
+def find_id(name: str, ids: Iterable[str], store: str | Path) -> str | None:
+    """Which of some ids is ``name``, or else begins with or ends in it; None if none does.
+
+    ``store``: whose they are, for the message.  Raises ConfigError if several do.
+    """
+    known = sorted(run_id for run_id in ids if name and (run_id.startswith(name) or run_id.endswith(name)))
+    if name in known:
+        return name
+    if len(known) > 1:
+        more = f" and {len(known) - MOST_NAMED} more" if len(known) > MOST_NAMED else ""
+        several = f"{len(known)} runs are: {', '.join(known[:MOST_NAMED])}{more}"
+        raise ConfigError(f"'{make_printable(name)}' should name one run of the store '{store}'; {several}")
+    return known[0] if known else None
+
+
+def _list_results(store: Path) -> list[str]:
+    """The ids of the runs that have a result in a store."""
+    names = [entry.name for entry in foreign.list_own(store, store) if entry.is_dir(follow_symlinks=False)]
+    return [name for name in names if foreign.is_plain_name(name) and os.path.lexists(store / name / RESULT)]
 
 
 def _require_as_written(path: Path) -> None:

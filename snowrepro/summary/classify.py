@@ -83,6 +83,13 @@ def read_analysis(dataset: xr.Dataset) -> Analysis:
         raise DataError(f"its attribute config does not say how the run is to be analysed: {wrong}") from error
 
 
+def read_length_unit(dataset: xr.Dataset) -> str:
+    """Read the unit of length of a run of ours, as files have it; "length" where it is not said."""
+    reading = (read_run_config(dataset) or {}).get("reading")
+    unit = reading.get("length_unit") if isinstance(reading, dict) else None
+    return unit if unit in ("cell", "m") else "length"
+
+
 def read_run_config(dataset: xr.Dataset) -> dict[str, Any] | None:
     """Read the configuration of a run of ours; None where a Dataset is of another code, whatever its 'config' is."""
     text = dataset.attrs.get("config")

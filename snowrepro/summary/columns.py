@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from .. import units
+from .. import quantities, units
 from ..settings.case import Case
 
 TEXT = ""
@@ -32,6 +32,12 @@ class Column:
             return {"long_name": self.long_name}
         unit = "cell" if self.powers == CELLS else units.text(self.powers, length_unit)
         return {"long_name": self.long_name, "units": unit}
+
+    def format_unit(self, length_units: Iterable[str]) -> str:
+        """Format the unit for people; empty for words and for numbers without one."""
+        if self.is_text:
+            return ""
+        return "cells" if self.powers == CELLS else quantities.format_powers(self.powers, length_units)
 
 
 # What was simulated.

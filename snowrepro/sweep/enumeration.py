@@ -24,6 +24,7 @@ from pydantic import ValidationError
 
 from ..composition.compose import compose_raw, option_files, plain_settings, validate
 from ..composition.drawings import with_outline_read
+from ..composition.experiments import list_own_experiments
 from ..composition.hydra_private import (
     CachingConfigRepository,
     ConfigDefault,
@@ -33,6 +34,7 @@ from ..composition.hydra_private import (
     RangeSweep,
     as_text,
     jobs_of,
+    make_parser,
 )
 from ..errors import ConfigError
 from ..settings.base import Settings
@@ -136,7 +138,7 @@ def _plain_values(override: Override, values: Sequence[Any], texts: Sequence[str
 
 @cache
 def _parser() -> OverridesParser:
-    return OverridesParser.create()
+    return make_parser()
 
 
 def _is_number(value: Any) -> bool:
@@ -247,7 +249,8 @@ def _defaults_vary(files: CachingConfigRepository) -> bool:
     paths = [
         Path(place, name) for top in folders for place, _, names in os.walk(top, followlinks=True) for name in names
     ]
-    return any(_has_varying_defaults(path) for path in paths if path.suffix in (".yaml", ".yml"))
+    files_of_options = [path for path in paths if path.suffix in (".yaml", ".yml")]
+    return any(_has_varying_defaults(path) for path in (*files_of_options, *list_own_experiments()))
 
 
 def _has_varying_defaults(path: Path) -> bool:

@@ -8,11 +8,10 @@ from ..composition.compose import config_from
 from ..errors import ConfigError, StoreError
 from ..foreign import Unreadable, is_own_folder, is_plain_name, list_own, read_tail, refuse_links
 from ..store import lease, manifest, states
-from ..store.run import LOG, WORK, Run, read_config
+from ..store.run import LOG, WORK, Run, find_id, read_config
 from . import record
 
 LOG_LINES = 15
-MOST_NAMED = 10
 
 
 def explain(name: str, store: str | Path) -> list[str]:
@@ -60,13 +59,10 @@ def _read_log(folder: Path, store: Path) -> list[str]:
 
 def id_of_run(name: str, store: str | Path) -> str:
     """The id of the one run of a store whose id is, begins with or ends in ``name``.  Raises ConfigError."""
-    known = sorted(run_id for run_id in _known(Path(store)) if run_id.startswith(name) or run_id.endswith(name))
-    if name in known:
-        known = [name]
-    if len(known) != 1:
-        several = f"{len(known)} runs are: {', '.join(known[:MOST_NAMED])}" if known else "no run is"
-        raise ConfigError(f"'{name}' should name one run of the store '{store}'; {several}")
-    return known[0]
+    run_id = find_id(name, _known(Path(store)), store)
+    if run_id is None:
+        raise ConfigError(f"'{name}' should name one run of the store '{store}'; no run is")
+    return run_id
 
 
 def run_named(name: str, store: str | Path) -> Run:
@@ -112,7 +108,12 @@ def _made(written: dict) -> Iterator[str]:
     """What made a result, and what it took."""
     yield f"  took {written.get('wall_seconds', 0):.4g} s and at most {written.get('peak_memory_mb', '?')} MB"
     yield f"  made by commit {written.get('git_state')} on {written.get('machine')}"
-    yield f"  with {written.get('versions')}"
+    yield f"  with {written.get('versions')}{_computed_on(written)}"
+
+
+def _computed_on(written: dict) -> str:
+    """What the run was computed on; older manifests do not say."""
+    return f", computed on {written['device']}" if written.get("device") else ""
 
 
 def _known(store: Path) -> set[str]:

@@ -14,11 +14,11 @@ from omegaconf import DictConfig, OmegaConf, open_dict
 
 from ..composition import hydra_private
 from ..composition.compose import CONF_DIR, quiet_about_schemas
-from ..composition.overrides import override_folder, prepare_overrides
+from ..composition.overrides import override_folder
 from ..composition.own_options import offer_own_options
 from ..errors import ConfigError, RunsFailed
-from ..run import do_job
-from .plan import Plan, Planned
+from ..run import do_job, warn_of_settings_left_out
+from .plan import Plan, Planned, split_swept
 from .table import watching
 
 LOG = "sweep.log"
@@ -31,13 +31,14 @@ def launch(plan: Plan, chosen: Sequence[Planned], memory_mb: float) -> None:
     What becomes of them the store says: what a launcher returns of jobs that failed is not trusted.  Raises
     ConfigError where its plug-in is not installed, RunsFailed where the launcher itself fails.
     """
+    warn_of_settings_left_out()  # here, as the processes of this machine no longer see them
     store = plan.runs[0].store.resolve()
     jobs = [_with_store(planned.overrides, store) for planned in chosen]
+    overrides, _ = split_swept(plan.overrides)  # what varies, the jobs say
     hydra_private.forget_hydra()
     offer_own_options()
     with initialize_config_dir(version_base="1.3", config_dir=str(CONF_DIR), job_name="snowrepro"):
         hydra = hydra_private.initialised_hydra()
-        overrides = prepare_overrides(plan.overrides)
         with quiet_about_schemas():
             config = hydra.compose_config("config", overrides, RunMode.MULTIRUN, with_log_configuration=False)
         _require_plugin(config)

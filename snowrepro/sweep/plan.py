@@ -10,7 +10,7 @@ from hydra.types import RunMode
 
 from ..composition.compose import compose, compose_raw, config_loader
 from ..composition.experiments import variants_of
-from ..composition.hydra_private import Override, OverridesParser
+from ..composition.hydra_private import Override, make_parser
 from ..composition.messages import one_message
 from ..composition.overrides import prepare_overrides, read_folder
 from ..errors import ConfigError
@@ -47,9 +47,7 @@ def make_plan(overrides: Sequence[str], multirun: bool, part: tuple[int, int] | 
     n-th run, from the i-th on; it may have none.  Raises ConfigError.
     """
     first, step = part or (1, 1)
-    parsed = _parse(overrides)
-    fixed = [str(o.input_line) for o in parsed if not o.is_sweep_override()]
-    swept = [str(o.input_line) for o in parsed if o.is_sweep_override()]
+    fixed, swept = split_swept(overrides)
     hydra = compose_raw(fixed, hydra_node=True).hydra
     is_sweep = multirun or hydra.mode == RunMode.MULTIRUN
     if swept and not is_sweep:
@@ -61,6 +59,12 @@ def make_plan(overrides: Sequence[str], multirun: bool, part: tuple[int, int] | 
     axes = {**_every_variant(overrides), **(hydra.sweeper.params or {})}
     params = [f"{key}={value}" for key, value in axes.items()]
     return Plan(enumerate_runs(_parse([*params, *overrides]), (first, step)), True, tuple(overrides))
+
+
+def split_swept(overrides: Sequence[str]) -> tuple[list[str], list[str]]:
+    """The overrides that name one value, and those that name several.  Raises ConfigError."""
+    parsed = [(str(override.input_line), override.is_sweep_override()) for override in _parse(overrides)]
+    return [text for text, is_swept in parsed if not is_swept], [text for text, is_swept in parsed if is_swept]
 
 
 def read_part(text: str) -> tuple[int, int]:
@@ -145,6 +149,6 @@ def _every_variant(overrides: Sequence[str]) -> dict[str, str]:
 
 def _parse(overrides: Sequence[str]) -> list[Override]:
     try:
-        return OverridesParser.create(config_loader()).parse_overrides(prepare_overrides(overrides))
+        return make_parser(config_loader()).parse_overrides(prepare_overrides(overrides))
     except OverrideParseException as error:
         raise ConfigError(f"cannot read '{error.override}': {one_message(error)}") from error

@@ -1,14 +1,18 @@
 """What the store remembers of a sweep: the overrides that asked for it, and which run each of its cells was."""
 
+import difflib
 import hashlib
+import logging
 import os
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
 
 from .. import foreign
+from ..composition.experiments import read_experiments
 from ..composition.overrides import override_folder
 from ..composition.remembered import keep_harmless, require_harmless
 from ..errors import ConfigError, StoreError
@@ -19,10 +23,13 @@ from ..store.files import write_json
 from ..store.run import SWEEPS
 from .plan import Plan, make_plan
 
+log = logging.getLogger("snowrepro")
+
 RECORD = "sweep.json"
 # Overrides that change no result, and so no sweep.
 NOT_NAMED = frozenset({*Execution.model_fields, "reports", "hydra"})
 MOST_LETTERS = 120
+MOST_NAMED = 10  # sweeps in a message
 SEED = re.compile(r"(?<!\S)seed=([0-9]{1,10})(?!\S)")  # in the overrides of a cell
 NAME = re.compile(r"[\w=+~][\w.,=+~-]*")  # what ``name_sweep`` makes, and what a folder that is read may be called
 
@@ -52,10 +59,15 @@ class Record:
 
 def name_sweep(overrides: Sequence[str]) -> str:
     """A sweep's name: its experiment, then its other overrides in order; the same for any order of them."""
-    named = [o for o in overrides if re.split(r"[./=@]", o.lstrip("+~"), maxsplit=1)[0] not in NOT_NAMED]
+    named = _list_named(overrides)
     experiments = [o.removeprefix("experiment=") for o in named if o.startswith("experiment=")]
     text = ",".join([*experiments, *sorted(o for o in named if not o.startswith("experiment="))]) or "default"
     return shorten_name(re.sub(r"[^\w.,=+~-]+", "_", text))
+
+
+def _list_named(overrides: Sequence[str]) -> list[str]:
+    """Those of some overrides that make another sweep."""
+    return [o for o in overrides if re.split(r"[./=@]", o.lstrip("+~"), maxsplit=1)[0] not in NOT_NAMED]
 
 
 def shorten_name(name: str) -> str:
@@ -87,19 +99,28 @@ def write_record(plan: Plan) -> Path:
     return folder
 
 
+def forget_record(plan: Plan) -> None:
+    """Forget a sweep of which nothing was run."""
+    store = plan.runs[0].store
+    folder = locate_sweep(name_sweep(plan.overrides), store)
+    foreign.refuse_links(folder / RECORD, store)
+    (folder / RECORD).unlink(missing_ok=True)
+    with suppress(OSError):  # it has other files
+        folder.rmdir()
+
+
 def list_cells(plan: Plan) -> dict[str, str]:
     """Each run's id by its overrides."""
     return {" ".join(planned.overrides): planned.run.id for planned in plan.planned}
 
 
 def read_record(name: str, store: str | Path) -> Record:
-    """What was remembered of a sweep.
+    """What was remembered of the sweep of a name.
 
     Raises ConfigError with the names that there are; Unreadable where the record is none.
     """
     if name not in list_sweeps(store):
-        known = ", ".join(list_sweeps(store)) or "none yet"
-        raise ConfigError(f"there is no sweep '{name}' in the store '{store}'; there are: {known}")
+        raise ConfigError(_explain_missing(name, store))
     path = locate_sweep(name, store) / RECORD
     content = models.read_model(path, models.SweepRecord, models.MOST_RECORD, Path(store))
     if content is None:
@@ -118,10 +139,83 @@ def read_all(store: str | Path) -> tuple[list[Record], list[str]]:
     return records, problems
 
 
-def plan_remembered(name: str, store: str | Path, more: Sequence[str] = ()) -> Plan:
-    """The runs of a remembered sweep, as its overrides and ``more`` name them now.  Raises ConfigError."""
+def find_sweep(word: str, store: str | Path, more: Sequence[str] = ()) -> str | None:
+    """The name of the remembered sweep that a word stands for; None if it stands for none.
+
+    That is the sweep of this name; else the newest of the experiment of this name, and where ``more`` overrides are
+    asked for, of those that differ from them in seeds alone; else the only sweep whose name begins so.  Says in the log
+    which one it takes of several.
+    """
+    names = list_sweeps(store)
+    if word in names:
+        return word
+    if not word or "=" in word:
+        return None
+    fitting = _list_of_experiment(word, more, names, store)
+    if len(fitting) > 1:
+        log.warning("'%s' stands for the newest of %d sweeps: %s", word, len(fitting), fitting[0])
+    begun = [name for name in names if name.startswith(word) and not name.startswith(f"{word},")]
+    return fitting[0] if fitting else begun[0] if len(begun) == 1 else None
+
+
+def require_sweep(word: str, store: str | Path, more: Sequence[str] = ()) -> str:
+    """The name of the remembered sweep that a word stands for: see ``find_sweep``.
+
+    Raises ConfigError with the names that there are, the nearest first, and what to do.
+    """
+    name = find_sweep(word, store, more)
+    if name is None:
+        raise ConfigError(_explain_missing(word, store, more))
+    return name
+
+
+def _list_of_experiment(experiment: str, more: Sequence[str], names: Sequence[str], store: str | Path) -> list[str]:
+    """The names of the remembered sweeps of an experiment, the newest first: see ``find_sweep``."""
+    records, wanted = [], [f"experiment={experiment}", *_list_named(more)]
+    for name in names:
+        if name.startswith(f"{experiment},"):
+            with suppress(StoreError):  # it is said where the sweep is asked for by its whole name
+                records.append(read_record(name, store))
+    fitting = [each for each in records if wanted[0] in each.overrides]
+    if wanted[1:]:
+        fitting = [each for each in fitting if _are_same(each.overrides, wanted)]
+    return [each.name for each in sorted(fitting, key=_find_age, reverse=True)]
+
+
+def _find_age(record: Record) -> tuple[str, int]:
+    """What is larger for a record that was written later."""
+    return record.recorded, record.path.lstat().st_mtime_ns
+
+
+def _explain_missing(word: str, store: str | Path, more: Sequence[str] = ()) -> str:
+    """A line that says that there is no such sweep, which there are, and what to do."""
+    names = list_sweeps(store)
+
+    def likeness(name: str) -> float:
+        """How like the word the name's beginning is, from 0 to 1."""
+        return difflib.SequenceMatcher(None, word, name[: max(len(word), len(name.partition(",")[0]))]).ratio()
+
+    near = sorted(names, key=likeness, reverse=True)
+    rest = [f"and {len(near) - MOST_NAMED} more, see 'snowrepro status'"] if len(near) > MOST_NAMED else []
+    known = ", ".join([*near[:MOST_NAMED], *rest]) or "none yet"
+    asked = " ".join([f"experiment={word}", *_list_named(more)])
+    remedy = f"; this makes it: snowrepro run {asked}" if word in read_experiments() else ""
+    return f"there is no sweep '{word}' in the store '{store}'; there are: {known}{remedy}"
+
+
+def merge_overrides(overrides: Sequence[str], more: Sequence[str]) -> list[str]:
+    """Overrides with ``more``, which take the places of those of the same key."""
+    return list({each.partition("=")[0]: each for each in (*overrides, *more)}.values())
+
+
+def plan_remembered(word: str, store: str | Path, more: Sequence[str] = ()) -> Plan:
+    """The runs of the remembered sweep that a word stands for, as its overrides and ``more`` name them now.
+
+    Raises ConfigError.
+    """
+    name = require_sweep(word, store, more)
     remembered = read_record(name, store).usable_overrides()
-    return make_plan([*remembered, override_folder("store", str(store)), *more], multirun=True)
+    return make_plan(merge_overrides(remembered, [override_folder("store", str(store)), *more]), multirun=True)
 
 
 def add_remembered_seeds(overrides: Sequence[str], store: str | Path) -> list[str]:
@@ -135,12 +229,22 @@ def add_remembered_seeds(overrides: Sequence[str], store: str | Path) -> list[st
 def find_records(overrides: Sequence[str], store: str | Path) -> list[Record]:
     """The remembered sweeps that ask for the same, whatever their seeds."""
     records, _ = read_all(store)
-    return [record for record in records if name_without_seeds(record.overrides) == name_without_seeds(overrides)]
+    return [record for record in records if _are_same(record.overrides, overrides)]
+
+
+def _are_same(overrides: Sequence[str], others: Sequence[str]) -> bool:
+    """Whether two lists of overrides ask for the same sweep, whatever their seeds."""
+    return name_without_seeds(overrides) == name_without_seeds(others)
 
 
 def name_without_seeds(overrides: Sequence[str]) -> str:
     """A sweep's name without its seeds."""
-    return name_sweep([o for o in overrides if not o.startswith("seed=")])
+    return name_sweep(drop_seeds(overrides))
+
+
+def drop_seeds(overrides: Sequence[str]) -> list[str]:
+    """The overrides without their seeds."""
+    return [o for o in overrides if not o.startswith("seed=")]
 
 
 def list_sweeps(store: str | Path) -> list[str]:

@@ -55,19 +55,21 @@ def of_clone(folder: Path, *arguments: str) -> subprocess.CompletedProcess:
 
 
 def test_fine(snowrepro, tmp_path):
-    """Exit code 0, a table, and the same in three files."""
+    """Exit code 0, each finding once, and the same in three files."""
     done = snowrepro("check", "--tier", "1,2", *ONE, "--baseline", str(BASELINE))
     assert done.returncode == 0, done.stderr
     assert "tier 2, short horizon\n2  ok            sintered: " in done.stdout
+    shown = (done.stdout + done.stderr).splitlines()
+    assert sum(line.startswith("2  ok ") for line in shown) == 1
     assert done.stdout.splitlines()[-1].startswith("fine: ")
-    assert sorted(path.name for path in (tmp_path / "reports/check").iterdir()) == [
+    assert sorted(path.name for path in (tmp_path / "my_reports/check").iterdir()) == [
         "check.json",
         "check.md",
         "check.xml",
     ]
-    said = json.loads((tmp_path / "reports/check/check.json").read_text())
+    said = json.loads((tmp_path / "my_reports/check/check.json").read_text())
     assert said["finished"] and said["exit_code"] == 0 and {f["tier"] for f in said["findings"]} == {1, 2}
-    assert ET.parse(tmp_path / "reports/check/check.xml").getroot().findall(".//testcase")
+    assert ET.parse(tmp_path / "my_reports/check/check.xml").getroot().findall(".//testcase")
 
 
 def test_an_unknown_platform_falls_to_tier_2_and_says_so(snowrepro, references):
@@ -105,7 +107,7 @@ def test_bad_input(snowrepro, tmp_path, arguments, told):
     (tmp_path / "file").write_text("")
     done = snowrepro("check", *arguments)
     assert done.returncode == 2 and told in done.stderr and "Traceback" not in done.stderr
-    assert not (tmp_path / "reports").exists()
+    assert not (tmp_path / "my_reports").exists()
 
 
 @pytest.mark.parametrize("name", ["origin.json", "fingerprints.json", "horizon.csv"])
@@ -129,7 +131,8 @@ def test_nothing_to_compare_with(snowrepro, references):
     """Exit code 4: no reference at all, and one of another model."""
     done = snowrepro("check", "--tier", "1,2,3,4")
     assert done.returncode == 4 and done.stdout.count("NOT MEASURED") == 5
-    assert "no reference in reports/baseline: snowrepro bless makes one" in done.stdout
+    told = "no reference in reports/baseline: they are in a clone of the program: go there, or name them"
+    assert f"{told}, --baseline {BASELINE}, 0 s\n" in done.stdout
     path = references / baseline.ORIGIN
     path.write_text(path.read_text().replace('"model_version": ', '"model_version": 9'))
     done = snowrepro("check", "--tier", "2", "--baseline", str(references))
@@ -140,11 +143,11 @@ def test_interrupted(tmp_path):
     """Exit code 130, and what was found until then is kept.  By SIGTERM: SIGINT is ignored in the background."""
     command = [sys.executable, "-m", "snowrepro", "check", "--tier", "0"]
     with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        first = process.stderr.readline()
+        first = [process.stdout.readline() for _ in range(2)]
         process.send_signal(signal.SIGTERM)
         process.communicate(timeout=100)
-    assert first.startswith("0  ok ") and process.returncode == 130
-    said = json.loads((tmp_path / "reports/check/check.json").read_text())
+    assert first[0] == "tier 0, invariances\n" and first[1].startswith("0  ok ") and process.returncode == 130
+    said = json.loads((tmp_path / "my_reports/check/check.json").read_text())
     assert not said["finished"] and len(said["findings"]) >= 1
 
 

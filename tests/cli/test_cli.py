@@ -59,6 +59,9 @@ def test_a_run_explains_itself_and_is_found_done(snowrepro, tmp_path):
     assert first.returncode == 0, first.stderr
     (path,) = results(tmp_path)
     assert first.stdout.splitlines()[-1] == str(path.relative_to(tmp_path))
+    assert re.match(r".*\d+ % of the mass is ", first.stdout.splitlines()[0])
+    assert re.search(r"^pressure +2000 kg cell⁻¹ s⁻²$", first.stdout, re.MULTILINE)
+    assert f"snowrepro explain {path.parent.name} " in first.stderr
     with xr.open_dataset(path) as run:
         assert {"x", "y", "snapshot_time"} <= set(run.coords) and run.attrs["Conventions"].startswith("CF-")
         assert {"velocity_x", "velocity_y", "density", "young", "poisson", "hardening", "J_P", "von_mises"} <= set(run)
@@ -93,7 +96,10 @@ def test_two_processes_give_the_same_bits(tmp_path):
 
 
 def test_a_sweep_skips_what_is_done(snowrepro, tmp_path):
-    """-m runs what is not done of the product; the second call has nothing to do; each run has its own file."""
+    """-m runs what is not done of the product; the second call has nothing to do; each run has its own file.
+
+    At the end it says how the sweep is called, where its table is, and what can be done next.
+    """
     snowrepro("run", "pressure=500", *SMALL)
     (early,) = results(tmp_path)
     stamp = early.stat().st_mtime_ns
@@ -106,6 +112,11 @@ def test_a_sweep_skips_what_is_done(snowrepro, tmp_path):
     assert first.stderr.count(": done in") == 3
     assert re.search(r"wall time \d+:\d\d for 3 runs; 0\.\d{3} core-hours in all", first.stderr)
     assert first.stdout.count("mass in lumps") == 4
+    (name,) = re.findall(r"^sweep: (\S+)$", first.stdout, re.MULTILINE)
+    assert f"\ntable: runs/sweeps/{name}/results.csv\n" in first.stdout
+    assert (tmp_path / "runs" / "sweeps" / name / "results.csv").is_file()
+    assert f"\nnext:  snowrepro report {name}\n" in first.stdout
+    assert first.stdout.endswith(f"snowrepro plot {name} x=pressure y=lump_fraction colour=sintering\n")
     stamps = [path.stat().st_mtime_ns for path in results(tmp_path)]
     second = snowrepro(*sweep)
     assert "4 runs, 4 of them done" in second.stderr
@@ -122,7 +133,7 @@ def test_one_diverged_run_does_not_stop_the_others(snowrepro, tmp_path):
     assert len(results(tmp_path)) == 1
     assert "1 of 2 runs have no result" in done.stderr
     assert "Traceback" not in done.stderr
-    (page,) = (tmp_path / "reports").glob("fig5,*/index.md")
+    (page,) = (tmp_path / "my_reports").glob("fig5,*/index.md")
     assert "**missing** (failed): ball on L, 1e\\+09, none, seed 0: diverged in frame" in page.read_text()
     assert "REPRODUCED" not in page.read_text().split("**C4.**")[1].splitlines()[0]
 
@@ -136,9 +147,9 @@ def test_claims_runs_judges_and_writes(snowrepro, tmp_path):
     assert first.returncode == 0, first.stderr
     assert "4 runs, 0 of them done" in first.stderr
     assert {path.parent.name.split("-")[-2] for path in results(tmp_path)} == {"0", "1"}
-    (folder,) = (tmp_path / "reports").iterdir()
+    (folder,) = (tmp_path / "my_reports").iterdir()
     assert {"index.html", "response.png", "claims.json", "claims.csv"} <= {path.name for path in folder.iterdir()}
-    assert first.stdout.splitlines()[-1] == f"report: reports/{folder.name}/index.html"
+    assert first.stdout.splitlines()[-1] == f"report: my_reports/{folder.name}/index.html"
     words = {v["claim"]: v["shown"] for v in json.loads((folder / "claims.json").read_text())["scenes"][0]["verdicts"]}
     for claim, word in words.items():
         (line,) = [line for line in first.stdout.splitlines() if line.startswith(f"{claim} ")]

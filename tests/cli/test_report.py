@@ -1,6 +1,8 @@
 """``snowrepro report`` as a user calls it, and what is on the disk afterwards."""
 
 import json
+import re
+import shutil
 
 import pytest
 
@@ -15,12 +17,15 @@ def test_a_paper_without_runs_says_how_to_make_them(snowrepro, tmp_path):
     """What needs no runs is drawn, all else is named with its command; the store is not touched."""
     done = snowrepro("report")
     assert done.returncode == 0, done.stderr
-    assert done.stdout == "report: reports/paper/index.html\n"
-    page = (tmp_path / "reports" / "paper" / "index.md").read_text()
-    assert "../fig2/shapes.png" in page and "12 of 13 parameters" in page
+    assert done.stdout == "report: my_reports/paper/index.html\n"
+    folder = tmp_path / "my_reports" / "paper"
+    parts = {path.stem: path.read_text() for path in folder.glob("*.md")}
+    assert "../fig2/shapes.png" in parts["fig2"] and "12 of 13 parameters" in parts["table1"]
     for name in ("fig5", "fig6", "grid", "convergence"):
-        assert f"**Not run.** `snowrepro run experiment={name}`" in page
-    html = (tmp_path / "reports" / "paper" / "index.html").read_text()
+        assert f"**Not run here.** `snowrepro run experiment={name}`" in parts[name]
+    assert set(re.findall(r"\]\((\w+)\.md\)", parts["index"])) == set(parts) - {"index"}, "each part has a link"
+    page = "".join(parts.values())
+    html = (tmp_path / "my_reports" / "paper" / "index.html").read_text()
     assert html.count("<img") == 2 and "../fig2/shapes.png" not in html
     assert not (tmp_path / "runs").exists()
     assert str(tmp_path) not in page + html
@@ -31,13 +36,27 @@ def test_two_processes_write_the_same_bytes(snowrepro, tmp_path):
     """Page, text, JSON, pictures and tables of one store, made twice in processes of their own."""
     ran = snowrepro("run", *FIG5)
     assert ran.returncode == 0, ran.stderr
-    (folder,) = (tmp_path / "reports").iterdir()
-    assert ran.stdout.splitlines()[-1] == f"report: reports/{folder.name}/index.html"
+    (folder,) = (tmp_path / "my_reports").iterdir()
+    assert ran.stdout.splitlines()[-1] == f"report: my_reports/{folder.name}/index.html"
     first = {path.name: path.read_bytes() for path in folder.iterdir()}
     assert set(PAGES) <= set(first)
+    stamps = {path.name: path.stat().st_mtime_ns for path in folder.iterdir()}
+    unchanged = snowrepro("report", *FIG5)
+    assert unchanged.stdout == "\n".join(ran.stdout.splitlines()[-2:]) + "\n" and "nothing changed" in unchanged.stderr
+    assert {path.name: path.stat().st_mtime_ns for path in folder.iterdir()} == stamps
+    shutil.rmtree(folder)
     again = snowrepro("report", *FIG5)
     assert again.returncode == 0, again.stderr
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == first
+
+
+@pytest.mark.nightly
+def test_without_a_report(snowrepro, tmp_path):
+    """``--no-report`` runs, prints verdicts, and draws nothing."""
+    assert snowrepro("run", *FIG5, "--no-report").returncode == 0
+    judged = snowrepro("claims", *FIG5, "seeds=1", "--no-report")
+    assert judged.returncode == 0 and "C1" in judged.stdout and "report:" not in judged.stdout
+    assert not (tmp_path / "my_reports").exists()
 
 
 @pytest.mark.nightly
@@ -45,7 +64,7 @@ def test_seeds_once_asked_for_stay_in_the_report(snowrepro, tmp_path):
     """Claims with two seeds, then the experiment alone: the report has both seeds; named ones win."""
     assert snowrepro("claims", *FIG5, "seeds=2").returncode == 0
     assert snowrepro("run", *FIG5).returncode == 0
-    (folder,) = (tmp_path / "reports").iterdir()
+    (folder,) = (tmp_path / "my_reports").iterdir()
     assert json.loads((folder / "claims.json").read_text())["seeds"] == [0, 1]
     assert snowrepro("report", *FIG5, "seeds=1").returncode == 0
     assert json.loads((folder / "claims.json").read_text())["seeds"] == [0]

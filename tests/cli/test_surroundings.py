@@ -1,5 +1,6 @@
 """The command line where a process lacks something, or where its surroundings were made for other programs."""
 
+import json
 import os
 import signal
 import subprocess
@@ -9,6 +10,10 @@ import time
 from pathlib import Path
 
 import pytest
+
+from snowrepro.composition.compose import compose
+from snowrepro.run import simulate
+from snowrepro.store.bits import digests
 
 SHORT = ("fidelity=preview", "loading.press_frames=4", "loading.frames=8", "output.every=4")
 PROGRAM = [sys.executable, "-m", "snowrepro"]
@@ -62,11 +67,27 @@ def test_a_process_without_a_home(snowrepro, tmp_path, home):
     assert len(list(tmp_path.glob("runs/*/run.nc"))) == 1
 
 
+def test_taichis_own_settings_move_no_run(snowrepro, tmp_path):
+    """TI_ARCH would take it to another device, others change its bits: they are not used, and that is said.
+
+    What the run was computed on stands in its manifest.
+    """
+    settings = {"TI_ARCH": "vulkan", "TI_ADVANCED_OPTIMIZATION": "0"}
+    done = snowrepro("run", "-m", "seed=0", *SHORT, env={**os.environ, **settings})
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.count("not used: TI_ADVANCED_OPTIMIZATION=0, TI_ARCH=vulkan;") == 1
+    (path,) = tmp_path.glob("runs/*/manifest.json")
+    written = json.loads(path.read_text())
+    assert written["device"] in ("x64", "arm64")
+    assert written["arrays"] == digests(simulate(compose(SHORT)))
+    assert f"computed on {written['device']}\n" in snowrepro("explain", written["run_id"]).stdout
+
+
 def test_a_sweep_with_a_long_path_for_temporary_files(snowrepro, tmp_path):
-    """Longer than a socket's path can be."""
+    """Longer than a socket's path can be; and a range that Hydra itself does not know, which it has to launch."""
     long = tmp_path / ("long" * 30)
     long.mkdir()
-    done = snowrepro("run", "-m", "seed=1,2", *SHORT, env={**os.environ, "TMPDIR": str(long)})
+    done = snowrepro("run", "-m", "seed=linspace(1,2,2)", *SHORT, env={**os.environ, "TMPDIR": str(long)})
     assert done.returncode == 0, done.stderr
     assert len(list(tmp_path.glob("runs/*/run.nc"))) == 2
     assert list(long.iterdir()) == []

@@ -90,7 +90,7 @@ def test_six_runs_arrive(cluster, tmp_path):
     assert start(cluster, tmp_path).wait(PATIENCE) == 0, said(tmp_path)
     stamps = finished(tmp_path)
     assert len(stamps) == 6
-    assert len(list(tmp_path.glob("reports/fig5,*/index.html"))) == 1
+    assert len(list(tmp_path.glob("my_reports/fig5,*/index.html"))) == 1
     assert start(cluster, tmp_path).wait(PATIENCE) == 0, said(tmp_path)
     assert finished(tmp_path) == stamps
 
@@ -152,6 +152,6 @@ def test_a_job_array_needs_no_process_that_waits(slurm, tmp_path):
     (tmp_path / "out.txt").touch()
     wait_for(lambda: len(finished(tmp_path)) == 6 and not queue(slurm), "six results", tmp_path)
     assert len(list((tmp_path / "store" / "sweeps").glob("*/slurm-*.log"))) == 6
-    assert not (tmp_path / "reports").exists()
+    assert not (tmp_path / "my_reports").exists()
     again = subprocess.run(plan, cwd=tmp_path, env=env, capture_output=True, text=True)
     assert again.returncode == 2 and "nothing is to be run" in again.stderr

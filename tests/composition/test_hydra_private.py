@@ -22,8 +22,8 @@ PACKAGE = Path(snowrepro.__file__).parent
 PLUGINS = Path(next(iter(hydra_plugins.__path__))) / "snowrepro_launcher"
 HOME = PACKAGE / "composition" / "hydra_private.py"
 EXERCISED = {
-    "as_text", "context_of", "forget_hydra", "initialised_hydra", "jobs_of", "loader_of_options", "offer_options",
-    "option_repository", "result_of",
+    "as_text", "context_of", "forget_hydra", "initialised_hydra", "jobs_of", "loader_of_options", "make_parser",
+    "offer_options", "option_repository", "result_of",
 }  # fmt: skip
 
 
@@ -81,6 +81,14 @@ def test_the_jobs_are_those_of_hydras_own_sweeper():
     """Each combination once, the last key fastest; a text is written as it can be read again."""
     jobs = hydra_private.jobs_of(parsed("shape=ball,star", "pressure=range(1,3)", "seed=7"))
     assert jobs == [[f"shape={shape}", f"pressure={p}", "seed=7"] for shape in ("ball", "star") for p in (1, 2)]
+
+
+def test_functions_can_be_added_to_the_grammar():
+    """Each parser has them once; what they give is a sweep that can be gone through."""
+    for _ in range(2):
+        (override,) = hydra_private.make_parser().parse_overrides(["pressure=logspace(1,100,3)"])
+    assert override.is_sweep_override() and override.is_discrete_sweep()
+    assert list(override.sweep_iterator()) == [1, 10, 100]
 
 
 def test_overrides_say_what_kind_they_are():

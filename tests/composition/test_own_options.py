@@ -1,9 +1,13 @@
-"""The user's folder ``conf``: found wherever it lies, and one message for each file of it that cannot be read."""
+"""The user's folders: found wherever they lie, and one message for each file of them that cannot be read."""
+
+from pathlib import Path
 
 import pytest
 
 from snowrepro.composition.compose import compose
+from snowrepro.composition.experiments import find_own_experiments, read_experiments
 from snowrepro.errors import ConfigError
+from snowrepro.sweep.plan import make_plan
 
 DISC = "name: disc\noutline: {kind: circle, radius: 20}\n"
 BOMB = (
@@ -88,3 +92,63 @@ def test_a_file_that_would_never_end_is_refused(own, content, message):
         compose(["shape=bomb"])
     path.write_text(DISC)
     compose(["shape=bomb"])
+
+
+MINE = """# @package _global_
+defaults:
+  - fig5
+  - _self_
+experiment:
+  name: mine
+  title: Mine
+hydra:
+  sweeper:
+    params:
+      sintering: paper,none
+      pressure: logspace(200,800,3)
+"""
+
+
+@pytest.fixture
+def experiments(tmp_path, monkeypatch):
+    """A folder ``experiments`` where one works; its path has letters that mean something elsewhere."""
+    folder = tmp_path / "a [b], c" / "experiments"
+    folder.mkdir(parents=True)
+    monkeypatch.chdir(folder.parent)
+    return folder
+
+
+def test_experiments_are_found_in_a_folder_of_that_name(experiments):
+    """Beside the built-in ones, which they may build on; a range that Hydra does not know may stand in the file."""
+    (experiments / "mine.yaml").write_text(MINE)
+    plan = make_plan(["experiment=mine", "fidelity=preview"], multirun=False)
+    assert [run.case.pressure for run in plan.runs] == [200, 400, 800] * 2
+    assert plan.experiment is not None and (plan.experiment.name, plan.experiment.picture) == ("mine", "strip")
+    assert {"mine", "fig5"} <= read_experiments().keys()
+    with pytest.raises(ConfigError, match=r"there is no experiment 'yours'; there are: calibration, .*, mine, "):
+        make_plan(["experiment=yours"], multirun=False)
+
+
+def test_other_files_in_that_folder_disturb_nobody(experiments):
+    """They may be anything; one that begins as an experiment does, and cannot be read, is named."""
+    (experiments / "other.yaml").write_text("{")
+    (experiments / "large.yaml").write_bytes(b"a" * 2_000_000)
+    (experiments / "fig5").mkdir()
+    assert compose(["pressure=7"]).case.pressure == 7
+    assert "other" not in read_experiments()
+    (experiments / "mine.yaml").write_text("# @package _global_\nexperiment: {")
+    with pytest.raises(ConfigError, match=r"experiments/mine.yaml, line 2: "):
+        compose(["pressure=7"])
+
+
+def test_the_built_in_one_counts_of_two_of_a_name(experiments):
+    """As it does for any option: runs and picture are of one file."""
+    (experiments / "fig5.yaml").write_text(MINE)
+    assert read_experiments()["fig5"]["title"] == "Figure 5: ball snow on the L floor"
+    assert make_plan(["experiment=fig5"], multirun=False).experiment.name == "fig5"
+
+
+def test_the_programs_own_folder_is_not_taken_for_the_users(monkeypatch):
+    """In a clone, where it is linked to from conf/."""
+    monkeypatch.chdir(Path(__file__).parents[2])
+    assert find_own_experiments() is None

@@ -3,13 +3,16 @@
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.figure import Figure
 from matplotlib.image import imread
+from matplotlib.text import Text
 
 from snowrepro.composition.compose import compose
 from snowrepro.evidence.claims import JudgedScene
 from snowrepro.evidence.gather import Evidence
 from snowrepro.evidence.hardness import pair_falls_with_tests
-from snowrepro.report.drawing.common import LUMPS, POWDER, colour_fragments
+from snowrepro.report.document import Table
+from snowrepro.report.drawing.common import DPI, LEAST_LETTERS, LUMPS, PAGE, POWDER, colour_fragments
 from snowrepro.report.figures import convergence, grid
 from snowrepro.run import simulate
 from snowrepro.settings.case import ARMS
@@ -62,6 +65,22 @@ def test_report_shows_runs_and_what_is_missing(stored):
         assert (np.abs(pixels - [0x30 / 255, 0x7A / 255, 0x78 / 255]).max(axis=-1) < 0.01).mean() > 0.02  # the floor
     assert {"survival.png", "bonds.png"} <= {path.name for path in report.evidence.folder.iterdir()}
     assert "Not scanned: runs are missing" in page
+
+
+def test_letters_are_legible(stored, monkeypatch):
+    """On a screen of 1280, where a page shrinks wide pictures, none is smaller than 11 pixels."""
+    smallest, save = {}, Figure.savefig
+
+    def measure(figure: Figure, path, **options) -> None:
+        shrunk = min(1.0, PAGE / (figure.get_figwidth() * DPI))
+        shown = [text for text in figure.findobj(Text) if text.get_text().strip() and text.get_visible()]
+        smallest[path.name] = min(text.get_fontsize() for text in shown) * DPI / 72 * shrunk
+        save(figure, path, **options)
+
+    monkeypatch.setattr(Figure, "savefig", measure)
+    reported(stored)
+    assert {"strip.png", "strip-narrow.png", "response.png", "survival.png"} <= set(smallest)
+    assert {name: size for name, size in smallest.items() if size < LEAST_LETTERS - 0.01} == {}
 
 
 def test_same_store_same_bytes(stored):
@@ -148,7 +167,7 @@ def test_the_grid_counts_claims_over_scenes(stored):
     other = Run(compose([*SMALL, "floor=square", "pressure=3000", f"store={stored[0].store}"]))
     report = reported([of(study, run) for run in (*stored, other)])
     page = (report.evidence.folder / "index.md").read_text()
-    assert "C1 in 0 of 0" in report.content.verdict
+    assert "C1 not run" in report.content.verdict
     assert {p.name for p in report.evidence.folder.iterdir()} == {
         "summary.csv", "heatmap.png", "scenes.csv", "response.png", "claims.csv", "claims.json",
         "sintered-3000.png", "unsintered-3000.png", *PAGES,
@@ -181,7 +200,7 @@ def test_the_ledger_is_drawn_and_told(stored):
     parts = sum(abs(value) for name, value in falling.items() if name.endswith("_work"))
     assert 0.9 < parts <= 1 + 1e-5  # what causes gave and took again in the stage is not in the sums
     assert f"{falling['unclosed']:.1%} from the release on" in report.content.verdict
-    assert "At pressure 3000 sintering" in report.content.verdict
+    assert "At pressure 3000 kg cell⁻¹ s⁻² sintering" in report.content.verdict
 
 
 def test_convergence_tells_what_moves_beyond_the_seeds(tmp_path):
@@ -211,10 +230,14 @@ def test_convergence_tells_what_moves_beyond_the_seeds(tmp_path):
     evidence = Evidence(experiment, asked, pd.DataFrame(rows), tmp_path, frozenset(missing))
     content = convergence.report(evidence)
     assert "Of 2 seeds 2 give the claims of the base (C1 C2 C3 C4 C5)" in content.verdict
-    assert "claims are moved by solver.cfl=0.2 (-C2);" in content.verdict
-    assert "only numbers, beyond the range of the seeds, by fidelity.dx=2.0 (+0.05);" in content.verdict
-    assert "nothing beyond that range by solver.precision=f32;" in content.verdict
-    assert content.verdict.endswith("not judged, as runs are missing: solver.transfer=mls (C1 C3 C4 C5).")
+    assert "claims are moved by half the time step (-C2);" in content.verdict
+    assert "only numbers, beyond the range of the seeds, by twice the grid spacing (+0.05);" in content.verdict
+    assert "nothing beyond that range by single precision;" in content.verdict
+    assert content.verdict.endswith("not judged, as runs failed or are missing: another transfer, MLS (C1 C3 C4 C5).")
+    (shown,) = [b for b in content.blocks if isinstance(b, Table)]
+    of_mls = shown.frame.set_index("what was changed").loc["another transfer, MLS"]
+    assert of_mls["at 3300"] == "not run" and of_mls["at 340"] == "0.21"
+    assert of_mls["claims"] == "C1 C3 C4 C5 not judged"
     table = pd.read_csv(tmp_path / "convergence.csv").set_index("variant")
     assert list(table.index)[:2] == ["base", "seed=1"]
     assert table.loc["solver.cfl=0.2", "moves"] == "+0.30 at 340"

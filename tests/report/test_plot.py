@@ -57,6 +57,15 @@ def test_seeds_are_points_and_their_means_lines(swept):
     assert note == "points: runs; lines: means over 2 seeds; 2 of 16 runs have no result"
 
 
+def test_no_line_goes_over_what_has_no_result(tmp_path):
+    """As if it had been measured there."""
+    plan = make_plan(["pressure=500,1000,2000", "sintering=paper", f"store={tmp_path}"], multirun=True)
+    sweep = collect_sweep(fill(plan, lambda run: None if run.case.pressure == 1000 else 0.5))
+    (ax,) = plot.draw_columns(sweep, plot.assign_roles(sweep)).axes
+    np.testing.assert_equal(ax.lines[0].get_ydata(), [0.5, np.nan, 0.5])
+    assert len(points_of(ax)) == 2
+
+
 def test_what_is_not_named_is_chosen(sweep):
     """The first setting that varies in numbers, the lumps, and sintering."""
     assert plot.assign_roles(sweep) == plot.Roles("pressure", "lump_fraction", "sintering")

@@ -11,6 +11,7 @@ from snowrepro.evidence.gather import Evidence
 from snowrepro.evidence.variants import Comparison, Variant, compare_variants
 from snowrepro.report.document import Table
 from snowrepro.report.sections import register
+from snowrepro.report.sections.variants import describe_change
 from snowrepro.settings.case import ARMS, Reading
 from snowrepro.store.run import Run
 from snowrepro.summary.row import ARM
@@ -62,7 +63,7 @@ def test_every_switch_is_tried_otherwise_by_the_experiment(tmp_path):
     keys = {key for entry in register.read_entries() for key in entry.keys}
     assert all(keys & names for names in changed)
     sentence, table = register.make_blocks(comparison, plan.runs[0])
-    assert "0 were also made otherwise" in sentence
+    assert sentence.startswith("**Not tried here**") and "moves a claim" not in sentence
     assert (table.frame["what they do to Figure 5"] == "-").all()
 
 
@@ -114,5 +115,22 @@ def test_a_base_that_lacks_a_claim_can_gain_it():
     assert register.describe_effect(better, Comparison([base, better])).startswith("**gains C2**")
 
 
+def test_without_the_figure_itself_other_choices_say_nothing():
+    """Neither that lumps are as among the seeds, nor that no claim is moved."""
+    tried = variant({"reading.friction": 0.3}, (0.2, 0.5, 0.8))
+    comparison = Comparison([variant({}, others=("pending",) * 6), tried])
+    assert register.describe_effect(tried, comparison).endswith("nothing to compare with")
+    assert register.make_blocks(comparison, BASE)[0].startswith("**Not tried here**")
+
+
 def test_texts_fit_into_a_table():
     assert not [e.name for e in register.read_entries() if "|" in e.paper + e.here + e.elsewhere]
+
+
+@pytest.mark.parametrize("study", ["readings", "convergence"])
+def test_every_variant_of_a_study_has_words(tmp_path, study):
+    """So that no page shows raw settings."""
+    plan = make_plan([f"experiment={study}", "pressure=340", "sintering=paper", f"store={tmp_path}"], False)
+    missing = frozenset(run.id for run in plan.runs)
+    found = compare_variants(Evidence(plan.experiment, plan.runs, pd.DataFrame(), tmp_path, missing)).changed_variants
+    assert [variant.name for variant in found if describe_change(variant) == variant.name] == []

@@ -11,12 +11,12 @@ import xarray as xr
 
 from snowrepro import open_run, summarise
 from snowrepro.composition.compose import compose
-from snowrepro.errors import StoreError
+from snowrepro.errors import ConfigError, StoreError
 from snowrepro.settings.case import Case
 from snowrepro.store import identity
 from snowrepro.store import run as store_run
 from snowrepro.store.identity import canonical, run_id
-from snowrepro.store.run import Run
+from snowrepro.store.run import Run, find_id, find_result
 from tests.configs import changed
 
 
@@ -108,12 +108,12 @@ def test_experiments_share_runs():
 
 
 def test_what_is_saved_is_what_is_opened(small_run, small_config, tmp_path):
-    """Every variable with its unit, by id, folder and file; the row of numbers is the same."""
+    """Every variable with its unit, by id, an end of it, folder and file; the row of numbers is the same."""
     run = Run(changed(small_config, store=str(tmp_path)))
     path = run.save(small_run, wall_seconds=1.5)
     assert {p.name for p in path.parent.iterdir()} == {"run.nc", "manifest.json"}
     assert run.is_done()
-    for name in (run.id, path.parent, path):
+    for name in (run.id, run.id[-6:], run.id[:6], path.parent, path):
         with open_run(name, tmp_path) as opened:
             xr.testing.assert_equal(opened.load(), small_run)
             assert all(opened[v].attrs["units"] and opened[v].attrs["long_name"] for v in opened.variables)
@@ -168,8 +168,23 @@ def test_a_failing_write_leaves_nothing(small_run, small_config, tmp_path, monke
 
 
 def test_opening_what_is_not_there(tmp_path):
-    with pytest.raises(StoreError, match="there is no run 'nothing'"):
-        open_run("nothing", tmp_path)
+    for name in ("nothing", ""):
+        with pytest.raises(StoreError, match=f"there is no run '{name}'"):
+            open_run(name, tmp_path)
+
+
+def test_an_end_of_several_ids_opens_none(tmp_path):
+    """They are named, the first of them; a folder without a result is no run."""
+    for name in ("ball-1", "ball-2", "ball-3", "star-1"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "run.nc").touch()
+    (tmp_path / "star-2").mkdir()
+    with pytest.raises(ConfigError, match=r"'ball' should name one run of the store '.*'; 3 runs are: ball-1, ball"):
+        open_run("ball", tmp_path)
+    assert find_result("star", tmp_path) == tmp_path / "star-1" / "run.nc"
+    many = [f"run-{number:02}" for number in range(12)]
+    with pytest.raises(ConfigError, match=r"12 runs are: run-00, .*, run-09 and 2 more$"):
+        find_id("run", many, tmp_path)
 
 
 def test_diagnostics_of_the_small_run(small_run, small_config):

@@ -1,8 +1,11 @@
 """What is remembered of sweeps: names, and the seeds that were ever asked for."""
 
+import re
+
 import pytest
 
 from snowrepro.composition.overrides import override_folder
+from snowrepro.errors import ConfigError
 from snowrepro.sweep import record
 from snowrepro.sweep.plan import make_plan, with_seeds
 
@@ -39,3 +42,69 @@ def test_a_name_fits_a_folder():
     assert record.shorten_name("fig5") == "fig5"
     assert len(record.shorten_name(one)) < 140
     assert record.shorten_name(one) != record.shorten_name(other)
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory):
+    """A store that remembers sweeps; those of fig5 were asked for at known times."""
+    folder = tmp_path_factory.mktemp("store")
+    asked = {"09": FIG5, "11": ["experiment=fig5", "seed=0,1"], "10": ["experiment=fig5", "reading.gravity=20"]}
+    for overrides in (*asked.values(), ["experiment=grid", "shape=ball", "floor=L"], ["pressure=500,2000"]):
+        ask(folder, *overrides)
+    for hour, overrides in asked.items():
+        path = record.locate_sweep(record.name_sweep(overrides), folder) / record.RECORD
+        path.write_text(re.sub(r'("recorded": ")[^"]*', rf"\g<1>2026-01-01T{hour}:00:00+00:00", path.read_text()))
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("word", "more", "name"),
+    [
+        ("fig5", [], "fig5,seed=0,1"),
+        ("fig5,fidelity=preview", [], "fig5,fidelity=preview"),
+        ("fig5", ["fidelity=preview"], "fig5,fidelity=preview"),
+        ("fig5", ["rerun=[code]", "hydra.launcher.workers=2"], "fig5,seed=0,1"),
+        ("fig5", ["reading.gravity=30"], None),
+        ("grid", [], "grid,floor=L,shape=ball"),
+        ("gr", [], "grid,floor=L,shape=ball"),
+        ("press", [], "pressure=500,2000"),
+        ("pressure=500", [], None),
+        ("fig", [], None),
+        ("fig6", [], None),
+        ("", [], None),
+    ],
+)
+def test_a_name_stands_for_the_newest_sweep_of_its_experiment(store, word, more, name):
+    """A whole name first; then the experiment's; then a beginning of one alone.  An override names no sweep."""
+    assert record.find_sweep(word, store, more) == name
+
+
+def test_which_of_several_sweeps_is_taken_is_said(store, caplog):
+    """Once, and not where there is but one."""
+    record.find_sweep("grid", store)
+    assert caplog.messages == []
+    assert record.plan_remembered("fig5", store).overrides[:2] == ("experiment=fig5", "seed=0,1")
+    assert caplog.messages == ["'fig5' stands for the newest of 3 sweeps: fig5,seed=0,1"]
+
+
+def test_a_name_that_fits_nothing_is_told_what_is_near(store):
+    """The nearest first; of an experiment, the command that makes it."""
+    with pytest.raises(ConfigError, match=r"no sweep 'grdi' in the store '.*'; there are: grid,floor=L,shape=ball, "):
+        record.require_sweep("grdi", store)
+    with pytest.raises(ConfigError, match=r"this makes it: snowrepro run experiment=fig6 reading=si$"):
+        record.require_sweep("fig6", store, ["reading=si"])
+
+
+def test_a_record_that_cannot_be_read_is_no_sweep_of_an_experiment(tmp_path):
+    """The others still are."""
+    ask(tmp_path, *FIG5)
+    broken = record.locate_sweep("fig5,seed=7", tmp_path)
+    broken.mkdir()
+    (broken / record.RECORD).write_text("{")
+    assert record.find_sweep("fig5", tmp_path) == "fig5,fidelity=preview"
+
+
+def test_further_overrides_take_the_places_of_those_of_their_key():
+    """So that a sweep is not named by what it is not."""
+    merged = record.merge_overrides(["experiment=fig5", "seed=0,1", "pressure=500"], ["seed=3", "floor=L"])
+    assert merged == ["experiment=fig5", "seed=3", "pressure=500", "floor=L"]

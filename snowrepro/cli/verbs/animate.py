@@ -14,12 +14,12 @@ from ...store import run as store_run
 from ...sweep import explain, record
 from ...sweep import plan as sweep_plan
 from .. import candidates, plans, progress, screen
-from ..arguments import add_store, complete_by
+from ..arguments import add_folders, complete_by
 
 HELP = """\
-A run is the id of one (or its beginning or end), a run's file, or the name of a remembered sweep; or overrides as for
-'snowrepro run' name all runs.  Several are shown in a grid, in step by time; each panel says what its run differs in,
-and one whose run has no result says why.
+A run is the id of one (or its beginning or end), a run's file, or a remembered sweep by its name, or that of its
+experiment; or overrides as for 'snowrepro run' name all runs.  Several are shown in a grid, in step by time; each panel
+says what its run differs in, and one whose run has no result says why.
 
   snow        as the paper draws it
   fragment    lumps in colours, powder in grey, and the part of the mass in lumps
@@ -58,12 +58,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--from", type=int, dest="start", metavar="FRAME", help="to begin with; default: late in the pressing"
     )
     parser.add_argument("--width", type=int, default=1080, metavar="PIXELS", help="default: %(default)s")
-    add_store(parser)
+    add_folders(parser)
 
 
 def execute(options: argparse.Namespace) -> ExitCode:
     """Write a moving picture of one run, or of several side by side."""
-    shown = _find_shown(options.overrides, options.store)
+    shown = _find_shown(options.overrides)
     settings = animation.AnimationSettings(options.by, options.fps, options.speed, options.start, options.width)
     files.require_writable(options.out.parent)
     with progress.build_bar("picture") as bar:
@@ -75,16 +75,18 @@ def execute(options: argparse.Namespace) -> ExitCode:
     return ExitCode.FINE
 
 
-def _find_shown(words: Sequence[str], store: str) -> "list[animation.AnimatedRun]":
+def _find_shown(words: Sequence[str]) -> "list[animation.AnimatedRun]":
     """The runs that words name, each once: ids, files and sweeps, or overrides.
 
     Raises ConfigError where a word names nothing, or no run of all has a result.
     """
-    store, words = sweep_plan.split_store(words, store)
+    store, words = sweep_plan.split_store(words)
     sweeps = record.list_sweeps(store)
     if any("=" in word and word not in sweeps and not Path(word).exists() for word in words):
+        words[0] = record.find_sweep(words[0], store, words[1:]) or words[0]
         shown = [animation.look_up_run(run) for run in _plan_runs(words, store, sweeps)]
     else:
+        words = [record.find_sweep(word, store) or word for word in words]
         shown = [each for word in words for each in _show_name(word, store, sweeps)]
     if not any(each.result for each in shown):
         raise ConfigError(_explain_nothing(shown, words, sweeps))
@@ -120,6 +122,6 @@ def _explain_nothing(shown: "Sequence[animation.AnimatedRun]", words: Sequence[s
     again = (
         words
         if words[0] not in sweeps
-        else [*record.read_record(words[0], shown[0].run.store).usable_overrides(), *words[1:]]
+        else record.merge_overrides(record.read_record(words[0], shown[0].run.store).usable_overrides(), words[1:])
     )
     return f"{problem}; this makes them: snowrepro run {'-m ' * (len(shown) > 1)}{shlex.join(again)}"

@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from ... import text
 from ...checks import check, finding, mutants, outputs
 from ...errors import ExitCode
 from ...store import files, provenance
@@ -43,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--out", type=Path, metavar="FOLDER",
-        help="of the files that are written (default: reports/check, of --mutants reports/mutants)",
+        help="of the files that are written (default: my_reports/check, of --mutants my_reports/mutants)",
     )  # fmt: skip
     add_checked(parser)
 
@@ -51,18 +52,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(options: argparse.Namespace) -> ExitCode:
     """Run the tiers, say each finding as it comes, and write them for others to read."""
     request = checking.read_options(options)
-    folder = options.out or Path("reports/mutants" if options.mutants else "reports/check")
+    folder = options.out or Path("my_reports/mutants" if options.mutants else "my_reports/check")
     for written in (folder, Path(options.store)):
         files.require_writable(written)
     if options.mutants:
         return _try_mutants(options, folder)
-    findings = []
+    findings: list[finding.Finding] = []
     for new in check.run_checks(request):
         findings.append(new)
         outputs.write_findings(findings, _describe_check(options), folder, finished=False)
-        screen.say(outputs.format_finding(new))
+        for line in outputs.format_next(new, findings[:-1]):
+            print(text.make_printable(line), flush=True)
     outputs.write_findings(findings, _describe_check(options), folder)
-    print("\n".join([*outputs.format_findings(findings), "", outputs.summarise_findings(findings)]))
+    print("", outputs.summarise_findings(findings), sep="\n")
     screen.say(f"written: {', '.join(str(folder / name) for name in outputs.FILES)}")
     return finding.choose_exit_code(findings)
 

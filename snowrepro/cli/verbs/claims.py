@@ -3,17 +3,19 @@
 import argparse
 
 from ...errors import ConfigError, ExitCode
+from ...evidence import gather
 from ...report.figures import kinds
+from ...report.page.folder import find_report_folder
 from ...report.sections import claims
 from ...sweep import plan as sweep_plan
 from .. import candidates, reporting, screen, sweeping
-from ..arguments import EXITS, complete_by
+from ..arguments import EXITS, add_folders, add_no_report, complete_by
 
 DEFAULT_SEEDS = 3
 HELP = f"""\
 Runs the experiment with the seeds 0 to N - 1, as far as it is not done, and judges the paper's claims by the
 rules of conf/claims: a table here; pictures, claims.json and claims.csv with the experiment's report, in
-reports/<name of the sweep>/.
+my_reports/<name of the sweep>/.
 
 examples:
   snowrepro claims experiment=fig5
@@ -29,6 +31,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "overrides", nargs="*", help=f"experiment=..., seeds=N (default: {DEFAULT_SEEDS}) and other overrides"
     )
     complete_by(overrides, candidates.list_overrides)
+    add_no_report(parser)
+    add_folders(parser, writes_reports=True)
 
 
 def execute(options: argparse.Namespace) -> ExitCode:
@@ -44,6 +48,9 @@ def execute(options: argparse.Namespace) -> ExitCode:
     sweeping.build_scenes(plan)
     sweeping.run_missing(plan)
     sweeping.write_table(plan)
-    part, page = reporting.leave_out_broken(lambda: reporting.write_report(plan))
-    screen.show(*claims.format_for_screen(part.evidence), f"report: {page}")
+    if options.no_report:
+        evidence = gather.gather_evidence(plan.runs, find_report_folder(plan.runs[0], plan.overrides))
+        screen.show(*claims.format_for_screen(evidence))
+    else:
+        reporting.print_claims(plan)
     return sweeping.require_results(plan)

@@ -11,7 +11,7 @@ from ...errors import ConfigError, DataError, ExitCode, StoreError
 from ...store import files
 from ...store import run as store_run
 from ...summary import classify, row
-from .. import candidates, screen
+from .. import candidates, screen, single
 from ..arguments import add_store, complete_by
 
 HELP = """\
@@ -40,7 +40,7 @@ NAMES = ("position", "velocity", "mass", "time", "time_dimension", "particle_dim
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Whose particles, by which settings, and where the fragments go."""
-    data = parser.add_argument("data", help="id of a run in the store, or a NetCDF file")
+    data = parser.add_argument("data", help="id of a run in the store (or its beginning or end), or a NetCDF file")
     complete_by(data, candidates.any_of(candidates.list_runs, otherwise=candidates.list_files))
     overrides = parser.add_argument(
         "overrides", nargs="*", metavar="setting=value", help="of the analysis: conf/analysis"
@@ -66,7 +66,7 @@ def execute(options: argparse.Namespace) -> ExitCode:
     with _naming(options.data), store_run.open_particles(options.data, options.store, options.group) as dataset:
         if not (needs_fragments or named) and classify.is_whole_run(dataset):
             analysis = classify.change_settings(classify.read_analysis(dataset), settings)
-            screen.print_rows(row.summarise(dataset, analysis))
+            single.print_outcome(row.summarise(dataset, analysis), classify.read_length_unit(dataset))
             return ExitCode.FINE
         classified = classify.classify(
             dataset,

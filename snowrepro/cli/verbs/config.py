@@ -4,7 +4,7 @@ import argparse
 
 from ...errors import ExitCode
 from .. import candidates, configuration
-from ..arguments import complete_by
+from ..arguments import add_folders, complete_by
 
 HELP = ""
 
@@ -12,6 +12,7 @@ HELP = ""
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Which overrides."""
     complete_by(parser.add_argument("overrides", nargs="*"), candidates.list_overrides)
+    add_folders(parser, writes_reports=True)
 
 
 def execute(options: argparse.Namespace) -> ExitCode:

@@ -11,15 +11,18 @@ HELP = """\
 What differs between two runs, or two sweeps cell by cell: configuration, code, environment, results.
 
 examples:
-  snowrepro diff ball-L-530-paper-paper-0-2f63b27e3e ball-L-530-paper-paper-1-0b9a8e9d2c
-  snowrepro diff fig5 fig5,fidelity=preview
+  snowrepro diff ball-L-530-paper-paper-0-2f63b27e3e 0b9a8e9d2c
+  snowrepro diff fig5 fig5,fidelity=preview                an experiment's name: its newest sweep
 """
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Which two."""
     list_names = candidates.any_of(candidates.list_sweeps, candidates.list_runs, otherwise=candidates.list_files)
-    complete_by(parser.add_argument("a", metavar="A", help="id or path of a run, or name of a sweep"), list_names)
+    complete_by(
+        parser.add_argument("a", metavar="A", help="id of a run (or its beginning or end), its path, or a sweep"),
+        list_names,
+    )
     complete_by(parser.add_argument("b", metavar="B", help="likewise"), list_names)
     add_store(parser)
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from ...errors import ExitCode
 from ...sweep import batch, todo
 from .. import candidates, costs, plans, screen, sweeping
-from ..arguments import SWEEP, add_multirun, add_verify, complete_by
+from ..arguments import SWEEP, add_folders, add_multirun, add_verify, complete_by
 
 HELP = """\
 Says without running anything what 'snowrepro run' with the same words would run, why, and how long it would take.
@@ -29,6 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     overrides = parser.add_argument("overrides", nargs="*", help=SWEEP)
     complete_by(overrides, candidates.any_of(candidates.list_sweeps, candidates.list_overrides))
+    add_folders(parser)
 
 
 def execute(options: argparse.Namespace) -> ExitCode:
@@ -43,6 +44,7 @@ def execute(options: argparse.Namespace) -> ExitCode:
             detail = f" ({decision.detail})" if decision.detail and decision.detail != decision.why else ""
             screen.show(f"{decision.action:4}  {decision.planned.run.id}: {decision.why}{detail}")
     if options.sbatch:
+        sweeping.build_scenes(plan)  # what is refused is not to be submitted, nor remembered
         batch.write_script(options.sbatch, plan, decided, options.tasks)
         screen.show(f"sbatch {options.sbatch}")
     return ExitCode.FINE

@@ -6,16 +6,16 @@ from collections.abc import Sequence
 from ...composition import overrides
 from ...errors import ConfigError, ExitCode
 from ...report.figures import kinds
-from ...report.page import compare, paper
+from ...report.page import compare
 from ...sweep import plan as sweep_plan
 from ...sweep import record
 from .. import candidates, plans, reporting, screen
-from ..arguments import EXITS, complete_by
+from ..arguments import EXITS, add_folders, complete_by
 
 PAPER = "paper"
 HELP = f"""\
 Runs nothing.  Writes index.html, one file that needs nothing beside it, with index.md and report.json, into
-reports/paper/ or reports/<name of the sweep>/, with every seed that the sweep was asked for with.
+my_reports/paper/ or my_reports/<name of the sweep>/, with every seed that the sweep was asked for with.
 
 examples:
   snowrepro report                         the whole paper
@@ -44,6 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         words,
         candidates.any_of(candidates.list_sweeps, candidates.list_experiments, candidates.list_overrides),
     )
+    add_folders(parser, writes_reports=True)
 
 
 def execute(options: argparse.Namespace) -> ExitCode:
@@ -57,7 +58,7 @@ def execute(options: argparse.Namespace) -> ExitCode:
         if any(word.startswith(("seeds=", "seed=")) for word in words):
             raise ConfigError("the report on the paper shows every seed that was asked for: leave out the seeds")
         words.append(overrides.override_folder("store", store))
-        screen.show(f"report: {reporting.leave_out_broken(lambda: paper.write_paper(words, store))}")
+        reporting.print_paper_report(words, store)
         return ExitCode.FINE
     reporting.print_report(plans.expand_name(name, words, store), store)
     return ExitCode.FINE

@@ -6,10 +6,10 @@ from ...errors import ExitCode
 from ...report.figures import kinds
 from ...store import files
 from ...store import run as store_run
-from ...summary import row
+from ...summary import columns, row
 from ...sweep import plan as sweep_plan
 from .. import candidates, plans, reporting, screen, single, sweeping
-from ..arguments import EXITS, add_multirun, complete_by
+from ..arguments import EXITS, add_folders, add_multirun, add_no_report, complete_by
 
 HELP = f"""\
 A run or sweep that was stopped in whatever way goes on where it was; what is done is not done again.  Several
@@ -37,6 +37,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "overrides", nargs="*", help="Hydra overrides; 'snowrepro config' shows what there is"
     )
     complete_by(overrides, candidates.list_overrides)
+    add_no_report(parser)
+    add_folders(parser, writes_reports=True)
 
 
 def execute(options: argparse.Namespace) -> ExitCode:
@@ -51,31 +53,39 @@ def execute(options: argparse.Namespace) -> ExitCode:
         sweeping.run_missing(plan, is_whole=False)
         return sweeping.require_results(plan)
     if not kinds.needs_runs(plan.runs):
-        return _report(plan)
+        return _report(plan, not options.no_report)
     if plan.is_sweep:
         sweeping.run_missing(plan)
         sweeping.write_table(plan)
-        return _report(plan)
+        return _report(plan, not options.no_report)
     files.require_writable(plan.runs[0].store)
     single.run_and_print(plan.runs[0])
     return ExitCode.FINE
 
 
-def _report(plan: "sweep_plan.Plan") -> ExitCode:
-    """Write the experiment's report, or list the runs of a plain sweep.  Raises RunsFailed if any is missing."""
+def _report(plan: "sweep_plan.Plan", is_drawn: bool) -> ExitCode:
+    """Write the experiment's report if ``is_drawn``, or list the runs of a plain sweep and what can be done next.
+
+    Raises RunsFailed if any run is missing.
+    """
     if plan.experiment:
-        reporting.print_report(plan.overrides, plan.runs[0].config.execution.store)
+        if is_drawn:
+            reporting.print_report(plan.overrides, plan.runs[0].config.execution.store)
     else:
         for run in plan.runs:
             if run.is_done():
                 _print_line(run)
+        screen.show(*sweeping.describe_sweep(plan))
     return sweeping.require_results(plan)
 
 
 def _print_line(run: "store_run.Run") -> None:
     """Print one run of a sweep in one line."""
     numbers = row.read_row(run)
+    unit = columns.CASE_COLUMNS["pressure"].format_unit([run.case.reading.length_unit])  # and of hardness
     finding = (
-        f"hardness {numbers['hardness']:.4g}" if run.case.indenter else f"mass in lumps {numbers['lump_fraction']:.3f}"
+        f"hardness {numbers['hardness']:.4g} {unit}"
+        if run.case.indenter
+        else f"mass in lumps {numbers['lump_fraction']:.3f}"
     )
     screen.show(f"{numbers['run_id']}: {finding}")

@@ -7,7 +7,7 @@ from ...store import states
 from ...sweep import plan as sweep_plan
 from ...sweep import record, todo
 from .. import candidates, costs, plans, screen
-from ..arguments import SWEEP, add_multirun, add_verify, complete_by
+from ..arguments import SWEEP, add_folders, add_multirun, add_verify, complete_by
 
 MOST_LISTED = 20  # runs of a state
 HELP = """\
@@ -27,6 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_verify(parser)
     overrides = parser.add_argument("overrides", nargs="*", help=SWEEP)
     complete_by(overrides, candidates.any_of(candidates.list_sweeps, candidates.list_overrides))
+    add_folders(parser)
 
 
 def execute(options: argparse.Namespace) -> ExitCode:

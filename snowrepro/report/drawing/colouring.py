@@ -11,6 +11,7 @@ from matplotlib.colors import Normalize, to_rgba_array
 from ...analysis.bonds import Extremes
 from ...analysis.definitions import count_bonds
 from ...analysis.lumps import Classification
+from ...quantities import add_unit, format_unit
 from ...store.run import Run
 from ...summary.classify import classify
 from .common import LUMPS, POWDER, SNOW, colour_fragments
@@ -107,7 +108,7 @@ def colour_by_damage(dataset: xr.Dataset, run: Run, frames: Sequence[int]) -> Co
     broken = classified.broken[run.config.question.analysis.break_by]
     notes = [f"broken bonds {broken[frame]:.2f}" if frame in damage else PRESSED for frame in frames]
     values = np.stack([damage.get(frame, sound) for frame in frames])
-    return Colouring(values, notes, "damage: part of its bonds that broke [1]", (0.0, 1.0))
+    return Colouring(values, notes, "damage: part of its bonds that broke", (0.0, 1.0))
 
 
 COLOURINGS: dict[str, Callable[[xr.Dataset, Run, Sequence[int]], Colouring]] = {
@@ -123,7 +124,7 @@ def _colour_by_field(dataset: xr.Dataset, name: str, frames: Sequence[int]) -> C
     """Colour particles by a stored field."""
     attributes = dataset[name].attrs
     values = dataset[name].sel(snapshot=list(frames)).values
-    return Colouring(values, [""] * len(frames), f"{attributes['long_name']} [{attributes['units']}]")
+    return Colouring(values, [""] * len(frames), add_unit(attributes["long_name"], format_unit(attributes["units"])))
 
 
 def _compute_damage(classified: Classification) -> dict[int, np.ndarray]:

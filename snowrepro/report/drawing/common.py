@@ -24,6 +24,8 @@ LUMPS = ("#E69F00", "#56B4E9", "#F0E442", "#D55E00", "#CC79A7")  # Okabe-Ito wit
 POWDER = "#c3cacf"
 SINTERED, UNSINTERED = "#D55E00", "#555555"  # of curves
 DPI = 110
+PAGE = 1020  # pixels that a report's page gives a picture on a screen of 1280
+LEAST_LETTERS = 11  # pixels, the size of the smallest letters on such a page
 COVER = 1.45  # diameter of a particle [lattice spacings]
 
 
@@ -90,6 +92,15 @@ def draw_snow(
     diameter = run.case.dx / np.sqrt(run.case.fidelity.particles_per_cell) * COVER
     x, y = places.T
     return ax.scatter(x, y, s=(diameter * points_per_unit) ** 2, c=colour, linewidths=0, rasterized=True)
+
+
+def choose_font(width: float, usual: float = 9.0) -> float:
+    """Choose the size of letters [points] in a figure that is ``width`` inches wide.
+
+    It is ``usual``, or more where a page shrinks the figure so much that they would be smaller than LEAST_LETTERS.
+    """
+    shrunk = min(1.0, PAGE / (width * DPI))
+    return max(usual, LEAST_LETTERS * 72 / DPI / shrunk)
 
 
 def save_figure(figure: Figure, path: Path) -> None:

@@ -15,6 +15,7 @@ from .common import save_figure
 SIZE = (5.2, 5.4)  # inches: letters keep a legible size on a narrow screen
 FONT = 10
 BAND = 0.18  # opacity of a spread
+NO_UNIT = " [1]"  # in the names of the columns of files, and nowhere else
 
 
 @dataclass(frozen=True)
@@ -44,8 +45,8 @@ def draw_curves(curves: Sequence[Curve], path: Path, x: str, y: str, columns: in
             low, high = curve.y - curve.spread, curve.y + curve.spread
             ax.fill_between(curve.x, low, high, color=line.get_color(), alpha=BAND, lw=0)
     ax.set(**axes)
-    ax.set_xlabel(x, fontsize=FONT)
-    ax.set_ylabel(y, fontsize=FONT)
+    ax.set_xlabel(x.removesuffix(NO_UNIT), fontsize=FONT)
+    ax.set_ylabel(y.removesuffix(NO_UNIT), fontsize=FONT)
     ax.grid(color="0.92", lw=0.6)
     figure.legend(
         loc="outside lower center", ncols=columns, fontsize=FONT - 1, frameon=False, columnspacing=1.2, handlelength=1.8

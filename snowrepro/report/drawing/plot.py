@@ -153,13 +153,13 @@ def choose_mark(sweep: CollectedSweep, roles: Roles) -> str:
 
 def draw_points(ax: Axes, points: pd.DataFrame, colours: Mapping[Hashable, Any], mark: str) -> None:
     """Draw a point for each run, and the means.  ``points``: of ``make_points``; ``mark``: of ``choose_mark``."""
-    known = points.dropna(subset=["x", "y"])
-    for _, part in known.groupby("line", sort=False):
-        each = [colours.get(value, NO_VALUE) for value in part["colour"]]
-        if mark:
-            means = part.groupby("x")["y"].mean()
+    for _, part in points.dropna(subset=["x"]).groupby("line", sort=False):
+        known = part.dropna(subset=["y"])
+        each = [colours.get(value, NO_VALUE) for value in known["colour"]]
+        if mark and each:
+            means = part.groupby("x")["y"].mean()  # NaN where there is no result: no line goes over it
             ax.plot(means.index, means, mark, color=each[0], lw=1.3, ms=16, mew=1.6, zorder=2)
-        ax.scatter(part["x"], part["y"], c=each, s=22, alpha=0.75, linewidths=0, zorder=3)
+        ax.scatter(known["x"], known["y"], c=each, s=22, alpha=0.75, linewidths=0, zorder=3)
     ax.grid(color="0.92", lw=0.6)
     ax.tick_params(labelsize=9)
 

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from ...evidence.calibration import calibrate_pressures
 from ...evidence.gather import Evidence
+from ...quantities import add_unit
 from ..document import NO_RESULT, FigureContent, Picture
 from ..drawing.common import save_figure
 from ..sections.specification import search_other_pressures
@@ -20,9 +21,10 @@ def report(evidence: Evidence) -> FigureContent:
     if table.empty:
         return NO_RESULT
     chosen = calibrate_pressures(table, targets) if len(table) > 1 else [None] * len(targets)
-    draw_calibration(table, targets, chosen, evidence.folder / "curve.png")
+    unit = evidence.pressure_unit
+    draw_calibration(table, targets, chosen, add_unit("nominal pressure", unit), evidence.folder / "curve.png")
     pressures = ", ".join("not reached" if pressure is None else f"{pressure:g}" for pressure in chosen)
-    verdict = f"Pressures for lump fractions {', '.join(f'{target:g}' for target in targets)}: {pressures}."
+    verdict = f"Pressures for lump fractions {', '.join(f'{target:g}' for target in targets)}: {pressures} {unit}."
     curve = Picture(
         "curve.png",
         "Mass fraction in lumps over pressure, rising, with the three targets and the pressures that reach them.",
@@ -33,12 +35,14 @@ def report(evidence: Evidence) -> FigureContent:
     return FigureContent([curve, *search_other_pressures(evidence)], verdict)
 
 
-def draw_calibration(table: pd.DataFrame, targets: Sequence[float], chosen: Sequence[float | None], path: Path) -> None:
+def draw_calibration(
+    table: pd.DataFrame, targets: Sequence[float], chosen: Sequence[float | None], label: str, path: Path
+) -> None:
     """Draw the mass in lumps over pressure, with the targets and the pressures that reach them.
 
-    ``chosen``: the pressure for each target; None if the target is not reached.
+    ``chosen``: the pressure for each target; None if the target is not reached; ``label``: of the axis of pressures.
     """
-    figure = Figure(figsize=(6.4, 3.8), layout="constrained")
+    figure = Figure(figsize=(5.2, 3.8), layout="constrained")
     ax = figure.subplots()
     means = table.groupby("pressure")["lump_fraction"].mean()
     ax.plot(table["pressure"], table["lump_fraction"], "o", color="#307a78", label="runs")
@@ -48,7 +52,7 @@ def draw_calibration(table: pd.DataFrame, targets: Sequence[float], chosen: Sequ
         if pressure:
             ax.plot([pressure], [target], "D", color="#D55E00")
             ax.annotate(f"{pressure:g}", (pressure, target), xytext=(6, -12), textcoords="offset points")
-    ax.set(xscale="log", ylim=(-0.03, 1.03), xlabel="nominal pressure [unit of E]", ylabel="mass in lumps [1]")
+    ax.set(xscale="log", ylim=(-0.03, 1.03), xlabel=label, ylabel="mass in lumps")
     ax.legend(frameon=False)
     save_figure(figure, path)
 

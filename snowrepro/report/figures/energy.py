@@ -1,7 +1,8 @@
 """The energy ledger of runs: how much each cause gave to the snow over time, and what no cause explains."""
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,9 +13,10 @@ from matplotlib.figure import Figure
 
 from ...evidence.gather import Evidence, sort_as_in_paper
 from ...mpm.ledger import CAUSES, WORKS
+from ...quantities import add_unit, format_unit
 from ...store.run import Run
 from ...text import make_cells
-from ..document import NO_RESULT, FigureContent, Picture, Table
+from ..document import NO_RESULT, FigureContent, Picture, Table, escape
 from ..drawing.common import save_figure
 from .kinds import FigureKind
 
@@ -27,10 +29,11 @@ COLOURS = dict(zip(WORKS, itertools.cycle(CYCLE), strict=False))
 UNCLOSED = "#d62728"
 PICTURE = Picture(
     "energy.png",
-    "Energy over time, a row for each run: kinetic and elastic energy, and what each cause gave.",
-    "Left while pressed, right from the release on; each panel has its own scale. Black: kinetic and elastic energy "
-    "together. Colours: what each cause has given since the panel's start (losses are negative); they add up to the "
-    "change of the black line but for the red one.",
+    "Energy over time at the highest pressure, a row for each kind of snow: kinetic and elastic energy, and what each "
+    "cause gave.",
+    "The highest pressure; the table has all. Left while pressed, right from the release on; each panel has its own "
+    "scale. Black: kinetic and elastic energy together. Colours: what each cause has given since the panel's start "
+    "(losses are negative); they add up to the change of the black line but for the red one.",
     data="energy.csv",
 )
 TURNED_OVER = (
@@ -40,30 +43,69 @@ TURNED_OVER = (
 
 
 def report(evidence: Evidence) -> FigureContent:
-    """Draw a panel for each run and stage, and tabulate the total of each cause."""
+    """Draw the stages of a run of each kind, and tabulate the total of each cause for all."""
     runs = [run for run in sort_as_in_paper(evidence.runs) if evidence.is_done(run)]
     ledgers = [_read_ledger(run) for run in runs]
     if not runs:
         return NO_RESULT
-    draw_ledgers(runs, ledgers, evidence)
-    table = pd.DataFrame([row for run, ledger in zip(runs, ledgers, strict=True) for row in _make_rows(run, ledger)])
+    drawn = _choose_drawn(runs)
+    draw_ledgers([runs[number] for number in drawn], [ledgers[number] for number in drawn], evidence)
+    rows = [row for run, ledger in zip(runs, ledgers, strict=True) for row in _make_rows(run, ledger)]
+    table = pd.DataFrame(rows)
     make_cells(table).to_csv(evidence.folder / "energy.csv", index=False, float_format="%.6g", lineterminator="\n")
     worst = {stage: part["unclosed"].max() for stage, part in table.groupby("stage")}
     verdict = (
         f"Without a cause are at most {worst['pressed']:.1%} of the energy that is turned over while the snow is "
-        f"pressed, and {worst['falling']:.1%} from the release on.{_describe_sintering(table)}"
+        f"pressed, and {worst['falling']:.1%} from the release on.{_describe_sintering(table, evidence.pressure_unit)}"
     )
+    told = [
+        _describe_stage(row, evidence.pressure_unit) for number in drawn for row in rows[2 * number : 2 * number + 2]
+    ]
+    picture = replace(PICTURE, caption=" ".join([PICTURE.caption, *told]))
     momentum = max(_find_unclosed_momentum(ledger) for ledger in ledgers)
-    return FigureContent([PICTURE, TURNED_OVER, _format_shares(table), _explain_ledger(momentum)], verdict)
+    return FigureContent(
+        [
+            picture,
+            TURNED_OVER,
+            _format_shares(table, evidence.pressure_unit),
+            _explain_ledger(momentum),
+        ],
+        verdict,
+    )
 
 
-def _format_shares(table: pd.DataFrame) -> Table:
+def _choose_drawn(runs: Sequence[Run]) -> list[int]:
+    """Choose the runs that are drawn, by their places in ``runs``: of each arm the first at the highest pressure."""
+    places = range(len(runs) - 1, -1, -1)  # so that of equal pressures the first stays
+    highest = {runs[place].case.arm: place for place in sorted(places, key=lambda place: runs[place].case.pressure)}
+    return sorted(highest.values())
+
+
+def _describe_stage(row: Mapping[str, Any], unit: str) -> str:
+    """Describe one stage of a run in a sentence: which causes gave and took most.  ``row``: as of ``_make_rows``."""
+    given = sorted(WORKS, key=lambda name: row[name])
+    giver, taker = given[-1], given[0]
+    gave = f"{LABELS[giver]} gave most ({100 * row[giver]:.0f} %)" if row[giver] > 0 else "nothing gave energy"
+    took = f"{LABELS[taker]} took most ({-100 * row[taker]:.0f} %)" if row[taker] < 0 else "nothing took any"
+    return (
+        f"**{row['pressure']} {unit}, {escape(_name_kind(row['sintering']))}, {row['stage']}**: {gave}, {took}; of "
+        f"what was turned over {100 * row['unclosed']:.1f} % is without a cause."
+    )
+
+
+def _name_kind(sintering: str) -> str:
+    """Name a kind of snow by its option of sintering."""
+    return {"paper": "with sintering", "none": "without sintering"}.get(sintering, f"sintering {sintering}")
+
+
+def _format_shares(table: pd.DataFrame, unit: str) -> Table:
     """Format the table of the ledgers with shares in percent; without damping if there was none."""
     shares = table.copy()
     for name in ("unclosed", "unclosed_net", *WORKS):
         shares[name] = shares[name].map("{:+.1%}".format)
     shares = shares.drop(columns=["damping_work"]) if (table["damping_work"] == 0).all() else shares
-    return Table(shares.rename(columns={**LABELS, "unclosed_net": "unclosed, net", "turned_over": "turned over"}))
+    heads = {"pressure": add_unit("pressure", unit), "unclosed_net": "unclosed, net", "turned_over": "turned over"}
+    return Table(shares.rename(columns={**LABELS, **heads}))
 
 
 def _explain_ledger(momentum: float) -> str:
@@ -78,7 +120,7 @@ def _explain_ledger(momentum: float) -> str:
     )
 
 
-def _describe_sintering(table: pd.DataFrame) -> str:
+def _describe_sintering(table: pd.DataFrame, unit: str) -> str:
     """Say how much energy sintering adds compared with pressing, in the run where it is most; empty if none."""
     pressed = table[(table["stage"] == "pressed") & (table["pressing_work"] > 0)]
     ratio = pressed["sintering_work"] / pressed["pressing_work"]
@@ -86,8 +128,8 @@ def _describe_sintering(table: pd.DataFrame) -> str:
         return ""
     most = table.loc[ratio.idxmax()]
     return (
-        f" At pressure {most['pressure']} sintering, by making strained snow stiffer, puts in {ratio.max():.1f} times "
-        "the energy that the pressing force does."
+        f" At pressure {most['pressure']} {unit} sintering, by making strained snow stiffer, puts in "
+        f"{ratio.max():.1f} times the energy that the pressing force does."
     )
 
 
@@ -136,17 +178,17 @@ def _make_rows(run: Run, ledger: xr.Dataset) -> list[dict[str, Any]]:
 
 def draw_ledgers(runs: Sequence[Run], ledgers: Sequence[xr.Dataset], evidence: Evidence) -> None:
     """Draw a row for each run: pressed on the left, falling on the right."""
-    figure = Figure(figsize=(10, 2.1 * len(runs) + 0.8), layout="constrained")
+    figure = Figure(figsize=(9.2, 2.6 * len(runs) + 0.9), layout="constrained")
     axes = figure.subplots(len(runs), 2, squeeze=False)
     for row, run, ledger in zip(axes, runs, ledgers, strict=True):
         for ax, (stage, (first, last)) in zip(row, _list_stages(run).items(), strict=True):
             _draw_panel(ax, ledger, first, last)
             sintered = "with sintering" if run.case.sintering.enabled else "without sintering"
-            ax.set_title(f"pressure {run.case.pressure:g}, {sintered}: {stage}", fontsize=9)
+            ax.set_title(f"{run.case.pressure:g} {evidence.pressure_unit}, {sintered}: {stage}", fontsize=9)
     for ax in axes[-1]:
         ax.set_xlabel("frame", fontsize=9)
-    unit = ledgers[0]["kinetic_energy"].attrs["units"]
-    figure.supylabel(f"energy [{unit}]", fontsize=9)
+    unit = format_unit(ledgers[0]["kinetic_energy"].attrs["units"])
+    figure.supylabel(add_unit("energy", unit), fontsize=9)
     handles: dict[str, Artist] = {}
     for ax in axes.flat:
         for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):

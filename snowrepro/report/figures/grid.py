@@ -17,7 +17,7 @@ from ...summary.classify import classify
 from ...summary.row import ARM
 from ...text import make_cells
 from ..document import Block, FigureContent, Heading, Picture, Table, escape
-from ..drawing.common import colour_fragments, draw_background, draw_snow, get_panel_size, save_figure
+from ..drawing.common import choose_font, colour_fragments, draw_background, draw_snow, get_panel_size, save_figure
 from ..sections import claims as claims_section
 from ..sections.response import list_disagreements
 from .kinds import FigureKind
@@ -43,7 +43,7 @@ def report(evidence: Evidence) -> FigureContent:
         *_draw_sheets(evidence),
         *claims_section.make_blocks(evidence),
         Heading("Scenes"),
-        Table(rows.map(escape), "Mass in lumps by arm and pressure.", "scenes.csv"),
+        Table(rows.map(escape), f"Mass in lumps by arm and pressure [{evidence.pressure_unit}].", "scenes.csv"),
     ]
     return FigureContent(blocks, _summarise(over_scenes))
 
@@ -64,9 +64,11 @@ def _describe_counts(claims: Claims, verdict: Verdict) -> list[Block]:
         [
             count.claim,
             escape(statements[count.claim]),
-            f"{count.holds} of {count.scenes}",
-            f"{count.p:.2g}",
-            _format_names(count.against),
+            *(
+                [f"{count.holds} of {count.scenes}", f"{count.p:.2g}", _format_names(count.against)]
+                if count.scenes
+                else ["not run", "-", "-"]
+            ),
         ]
         for count in verdict.counts
     ]
@@ -89,10 +91,17 @@ def _tabulate_scenes(scenes: Sequence[JudgedScene]) -> pd.DataFrame:
             of_arm = scene.table[scene.table[ARM] == arm] if len(scene.table) else scene.table
             for pressure, part in of_arm.groupby("pressure") if len(of_arm) else ():
                 row[f"{arm}, {pressure:g}"] = f"{part['lump_fraction'].mean():.2f}"
-        row["unsettled"] = int((~scene.table["settled"]).sum()) if len(scene.table) else 0
-        row["disagrees with"] = list_disagreements(scene) or "-"
+        row["unsettled"] = str(int((~scene.table["settled"]).sum())) if len(scene.table) else None
+        row["disagrees with"] = _describe_disagreements(scene)
         rows.append(row)
     return pd.DataFrame(rows).fillna("missing")
+
+
+def _describe_disagreements(scene: JudgedScene) -> str:
+    """Say with which claims a scene's numbers disagree, and which were not judged."""
+    unjudged = " ".join(verdict.claim for verdict in scene.verdicts if verdict.agrees is None)
+    against = list_disagreements(scene)
+    return "; ".join(filter(None, (against, unjudged and f"not judged: {unjudged}"))) or "none"
 
 
 def _draw_sheets(evidence: Evidence) -> list[Picture]:
@@ -109,8 +118,8 @@ def _draw_sheets(evidence: Evidence) -> list[Picture]:
             picture = Picture(
                 name,
                 f"Last frame of every {arm} scene at pressure {pressure:g}: a row a shape, a column a floor.",
-                f"Last frame, {arm}, pressure {pressure:g}, seed {evidence.seeds[0]}: lumps in colours, powder in "
-                "grey.",
+                f"Last frame, {arm}, pressure {pressure:g} {evidence.pressure_unit}, seed {evidence.seeds[0]}: "
+                "lumps in colours, powder in grey.",
                 data="summary.csv",
             )
             pictures.append(picture)
@@ -142,9 +151,9 @@ def _draw_sheet(runs: Sequence[Run], evidence: Evidence, name: str) -> None:
             places = dataset["position"][-1].values
         draw_snow(ax, run, places, PANEL * 72 / get_panel_size(run)[0], colours)
     for floor, ax in zip(floors, grid[0], strict=True):
-        ax.set_title(floor, fontsize=9)
+        ax.set_title(floor, fontsize=choose_font(size[0]))
     for shape, ax in zip(shapes, grid[:, 0], strict=True):
-        ax.set_ylabel(shape, fontsize=9)
+        ax.set_ylabel(shape, fontsize=choose_font(size[0]))
     save_figure(figure, evidence.folder / name)
 
 
@@ -168,28 +177,29 @@ def draw_heatmap(evidence: Evidence) -> Picture:
     axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     for ax, (title, lumps) in zip(axes.flat, panels.items(), strict=False):
         grid = np.array([[lumps.get((shape, floor), np.nan) for floor in floors] for shape in shapes])
-        image = _draw_heatmap_panel(ax, grid, shapes, floors)
-        ax.set_title(title, fontsize=9)
+        image = _draw_heatmap_panel(ax, grid, shapes, floors, choose_font(size[0], 8.0))
+        ax.set_title(title, fontsize=choose_font(size[0]))
     for ax in axes.flat[len(panels) :]:
         ax.set_axis_off()
-    figure.colorbar(image, ax=axes, label="mass in lumps [1]", shrink=0.8)
+    figure.colorbar(image, ax=axes, label="mass in lumps", shrink=0.8)
     save_figure(figure, evidence.folder / "heatmap.png")
     return Picture(
         "heatmap.png",
         f"Heat map of the mass in lumps of {len(evidence.scenes)} scenes: a row a shape, a column a floor, a panel a "
         "pressure with sintering, and one without.",
-        "Mass in lumps by scene, mean over seeds. With sintering the cells should go from below to above one half; "
+        f"Mass in lumps by scene, mean over seeds; pressures in {evidence.pressure_unit}. With sintering the "
+        "cells should go from below to above one half; "
         "without they should stay below. A dash: a run is missing.",
         data="scenes.csv",
     )
 
 
-def _draw_heatmap_panel(ax: Axes, grid: np.ndarray, shapes: list[str], floors: list[str]) -> AxesImage:
-    """Draw the mass in lumps by shape and floor, ``grid`` (shapes, floors); returns the image."""
+def _draw_heatmap_panel(ax: Axes, grid: np.ndarray, shapes: list[str], floors: list[str], letters: float) -> AxesImage:
+    """Draw the mass in lumps by shape and floor, ``grid`` (shapes, floors); ``letters``: their points."""
     image = ax.imshow(grid, cmap=HEAT, vmin=0, vmax=1, aspect="auto")
-    _write_cells(ax, grid)
-    ax.set_xticks(range(len(floors)), floors, fontsize=8, rotation=30, ha="right")
-    ax.set_yticks(range(len(shapes)), shapes, fontsize=8)
+    _write_cells(ax, grid, letters)
+    ax.set_xticks(range(len(floors)), floors, fontsize=letters, rotation=30, ha="right")
+    ax.set_yticks(range(len(shapes)), shapes, fontsize=letters)
     ax.tick_params(length=0)
     return image
 
@@ -220,11 +230,13 @@ def _list_panels(scenes: Sequence[JudgedScene]) -> dict[str, dict[tuple[str, str
     return panels | ({"without sintering, the most of any pressure": most} if most else {})
 
 
-def _write_cells(ax: Axes, grid: np.ndarray) -> None:
+def _write_cells(ax: Axes, grid: np.ndarray, letters: float) -> None:
     """Write the number into each cell, dark on bright and bright on dark."""
     for (row, column), value in np.ndenumerate(grid):
         text = "-" if np.isnan(value) else f"{value:.2f}"
-        ax.text(column, row, text, ha="center", va="center", fontsize=8, color="white" if value < 0.55 else "black")
+        ax.text(
+            column, row, text, ha="center", va="center", fontsize=letters, color="white" if value < 0.55 else "black"
+        )
 
 
 FIGURE = FigureKind(report, is_judged=True)

@@ -25,6 +25,7 @@ from ...evidence.hardness import (
     tabulate_hardness_by_depth,
     write_sentence,
 )
+from ...quantities import add_unit, format_unit
 from ...settings.case import ARMS
 from ...store.run import Run
 from ...summary.measure import read_curve
@@ -72,6 +73,7 @@ def report(evidence: Evidence) -> FigureContent:
     _draw_curves(indented, evidence)
     _draw_measures(pairs, evidence)
     _draw_scatter(pairs, evidence)
+    unit = evidence.pressure_unit  # and of hardness
     measures = pairs.reset_index()[[*KEYS[1:], *MEASURES, "indentation_work"]]
     blocks: list[Block] = [
         RULE,
@@ -86,16 +88,24 @@ def report(evidence: Evidence) -> FigureContent:
         CURVES,
         Heading("Fall and hardness over pressure"),
         ALL_MEASURES,
-        Table(measures.rename(columns={**MEASURES, "indentation_work": "work of indentation"})),
+        Table(measures.rename(columns=_list_heads(unit))),
         Heading("Rank correlation of lumps with each measure"),
         Table(tabulate_correlations(pairs)),
         CAUTION,
     ]
-    return FigureContent(blocks, write_sentence(pairs))
+    return FigureContent(blocks, write_sentence(pairs, unit))
+
+
+def _list_heads(unit: str) -> dict[str, str]:
+    """List the heads of the table of measures by column.  ``unit``: of pressure and hardness."""
+    with_unit = {name: add_unit(name, unit) for name in ("pressure", "hardness")}
+    return {**MEASURES, **with_unit, "indentation_work": "work of indentation"}
 
 
 def _describe_equal_hardness(pairs: pd.DataFrame) -> str:
     """Describe the lumps of unsintered snow beside those of sintered snow of the same hardness."""
+    if any(select_arm_pairs(arm, pairs).dropna(subset=["hardness", "lump_fraction"]).empty for arm in ARMS):
+        return "Not compared at equal hardness: falls and hardness tests of both kinds of snow are needed."
     alike = find_equal_hardness(pairs)
     if alike.empty:
         return "No unsintered snow is as hard as any sintered: at equal hardness the two cannot be compared."
@@ -139,11 +149,13 @@ def _draw_curves(runs: Sequence[Run], evidence: Evidence) -> None:
             pushed = curve[curve["force"] > 0]
             colour = mpl.colormaps["viridis_r"](shade(run.case.pressure))
             ax.plot(pushed["depth"], pushed["force"], lw=1.1, color=colour, label=f"{run.case.pressure:g}")
-            axes[0].set_ylabel(f"force [{unit}]")
+            axes[0].set_ylabel(add_unit("force", format_unit(unit)))
         ax.axvline(0, color="0.8", lw=0.8, zorder=0)
         ax.set(yscale="log", xlabel="depth below first touch [cells]", title=label)
         if ax.lines[1:]:
-            ax.legend(title="pressure", fontsize=8, title_fontsize=8, frameon=False, ncols=2)
+            ax.legend(
+                title=add_unit("pressure", evidence.pressure_unit), fontsize=8, title_fontsize=8, frameon=False, ncols=2
+            )
     if curves:
         table = pd.concat(curves)
         make_cells(table).to_csv(evidence.folder / CURVES.data, index=False, float_format="%.5g", lineterminator="\n")
@@ -164,9 +176,9 @@ def _read_curve(run: Run) -> tuple[pd.DataFrame, str]:
 
 def _draw_measures(pairs: pd.DataFrame, evidence: Evidence) -> None:
     """Draw all measures over pressure, both arms."""
-    figure = Figure(figsize=(12.5, 3.4), layout="constrained")
-    axes = figure.subplots(1, 4)
-    pressures = sorted({run.case.pressure for run in evidence.runs})
+    figure = Figure(figsize=(8.4, 6.8), layout="constrained")
+    axes = figure.subplots(2, 2).ravel()
+    pressures, unit = sorted({run.case.pressure for run in evidence.runs}), evidence.pressure_unit
     panels = (["hardness"], ["flattening_most", "flattening_end"], ["rebound"], ["lump_fraction"])
     for ax, names in zip(axes, panels, strict=True):
         for arm, (colour, mark) in LOOKS.items():
@@ -174,16 +186,17 @@ def _draw_measures(pairs: pd.DataFrame, evidence: Evidence) -> None:
             for name, style in zip(names, ("-", "--"), strict=False):
                 end = ", at the end" if style == "--" else ""
                 ax.plot(rows.index, rows[name], mark + style, color=colour, ms=4, lw=1.2, label=ARM_LABELS[arm] + end)
-        ax.set(xscale="log", xlabel="nominal pressure [unit of E]")
-        ax.set_ylabel(MEASURES[names[0]].replace(" at most", ""))
+        ax.set(xscale="log", xlabel=add_unit("nominal pressure", unit))
+        label = MEASURES[names[0]].replace(" at most", "")
+        ax.set_ylabel(add_unit(label, unit) if names[0] == "hardness" else label)
         ax.set_xticks(pressures, [f"{pressure:g}" for pressure in pressures], rotation=60, fontsize=8)
         ax.minorticks_off()
         if names[0] == "hardness":
             ax.set_yscale("log" if (pairs["hardness"] > 0).any() else "linear")  # nothing measured yet
         else:
             ax.set_ylim(bottom=min(0.0, *ax.get_ylim()))
-    axes[1].legend(fontsize=7, frameon=False)
-    axes[0].legend(fontsize=7, frameon=False)
+    axes[1].legend(fontsize=8, frameon=False)
+    axes[0].legend(fontsize=8, frameon=False)
     save_figure(figure, evidence.folder / ALL_MEASURES.file)
 
 
@@ -204,19 +217,23 @@ def _format_range(pressures: Sequence[float]) -> str:
 
 def _draw_scatter(pairs: pd.DataFrame, evidence: Evidence) -> None:
     """Draw lumps over hardness, each point with its pressure."""
-    figure = Figure(figsize=(6.6, 4.2), layout="constrained")
+    figure = Figure(figsize=(5.4, 4.4), layout="constrained")
     ax = figure.subplots()
     for arm, (colour, mark) in LOOKS.items():
         rows = select_arm_pairs(arm, pairs).dropna(subset=["hardness", "lump_fraction"])
         ax.plot(rows["hardness"], rows["lump_fraction"], mark, color=colour, label=ARM_LABELS[arm])
         for number, (point, text) in enumerate(_group_labels(rows)):
             above = 5 if arm == ARMS[0] else -12 - 8 * (number % 2)  # where one would lie on the next
-            ax.annotate(text, point, (0, above), textcoords="offset points", fontsize=7, color=colour, ha="center")
+            ax.annotate(text, point, (0, above), textcoords="offset points", fontsize=8, color=colour, ha="center")
     ax.axhline(0.5, color="0.85", lw=0.8, zorder=0)
     ax.margins(x=0.1)
     if (pairs["hardness"] > 0).any():
         ax.set_xscale("log")
-    ax.set(ylim=(-0.1, 1.05), xlabel=MEASURES["hardness"], ylabel=MEASURES["lump_fraction"])
+    ax.set(
+        ylim=(-0.1, 1.05),
+        xlabel=add_unit(MEASURES["hardness"], evidence.pressure_unit),
+        ylabel=MEASURES["lump_fraction"],
+    )
     ax.legend(frameon=False, fontsize=8)
     save_figure(figure, evidence.folder / "scatter.png")
 

@@ -10,6 +10,8 @@ import pandas as pd
 
 from ...evidence import laws
 from ...evidence.gather import Evidence, sort_as_in_paper
+from ...quantities import DENSITY as DENSITY_POWERS
+from ...quantities import PRESSURE, format_powers
 from ...reference.snow import LAWS, MODULI, RATIOS, VISCOSITIES, Law
 from ...store.run import Run
 from ...text import make_cells
@@ -37,7 +39,7 @@ YOUNG = Picture(
 POISSON = Picture(
     "poisson.png",
     "Poisson's ratio over density: the paper's law in two readings rises steadily, the measured ones are level bands",
-    f"Measured means with one standard deviation. At {laws.LIMIT} a material keeps its volume; beyond it, lambda of "
+    f"Measured means with one standard deviation. At {laws.LIMIT} a material keeps its volume; beyond it, λ of "
     "Sec. 3.2 is negative, so the runs are bounded at a cap.",
     "Eqs. 7 and 8",
     "poisson.csv",
@@ -53,8 +55,8 @@ GAIN = Picture(
 VISCOSITY = Picture(
     "viscosity.png",
     "Viscosity over density on a logarithmic axis: the paper's curve, and Crocus at 0 and -10 °C",
-    "Eq. 2's first term says d rho/dt / rho = C1 sigma_m / rho_r: a viscosity of rho_r / C1. Crocus takes the "
-    "overburden in the place of sigma_m.",
+    "Eq. 2's first term says dρ/dt / ρ = C₁ σ_m / ρ_r: a viscosity of ρ_r / C₁. Crocus takes the overburden "
+    "in the place of σ_m.",
     "Eq. 2",
     "viscosity.csv",
 )
@@ -85,16 +87,24 @@ def report(evidence: Evidence) -> FigureContent:
     return FigureContent(blocks, verdict)
 
 
+def _name_units(run: Run) -> str:
+    """Name the units of stresses and densities of a run, and in which measured ones they are read."""
+    stress, density = (format_powers(powers, [run.case.reading.length_unit]) for powers in (PRESSURE, DENSITY_POWERS))
+    if run.case.reading.length_unit == "m":
+        return f"{stress}, densities in {density}"
+    return f"{stress}, read as Pa; densities in {density}, read as kg/m³"
+
+
 def _describe_units(run: Run) -> str:
     """Explain which units the paper's numbers are read in."""
     reading = run.case.reading
     if reading.length_unit == "m":
-        return f"Reading `{reading.name}`: lengths in m, so E, stresses and pressures are in Pa, densities in kg/m³."
+        return f"Reading `{reading.name}`: lengths in m, so E, stresses and pressures are in {_name_units(run)}."
     return (
-        f"Reading `{reading.name}`: lengths are in cells of the grid. Table 1 prints E without a unit; here its number "
-        "is read as Pa, densities as kg/m³, seconds as seconds. Pressures are nominal, those at the snow's centre, in "
-        "the unit of E, and so are read as Pa with it. All comparisons of level and of pace hang on that; slopes and "
-        "Poisson's ratio do not."
+        f"Reading `{reading.name}`: lengths are in cells of the grid, so E, stresses and pressures are in "
+        f"{_name_units(run)}: one cell is taken for one metre here, as Table 1 prints E without a unit. Pressures are "
+        "nominal, those at the snow's centre. All comparisons of level and of pace hang on that; slopes and Poisson's "
+        "ratio do not."
     )
 
 
@@ -172,7 +182,7 @@ def _format_spread(values: np.ndarray, digits: str) -> str:
 def _compare_ratio(run: Run, snows: Sequence[laws.SinteredSnow], folder: Path) -> list[Block]:
     """Compare Poisson's ratio over density."""
     rho, cap = _sample_densities(run), run.case.reading.poisson_cap
-    readings = {False: ("the paper, 3 - 2 rho_r in Eq. 8", "-"), True: ("the paper, Eq. 8 as printed", "--")}
+    readings = {False: ("the paper, 3 - 2 ρ_r in Eq. 8", "-"), True: ("the paper, Eq. 8 as printed", "--")}
     curves = [
         Curve(label, rho, laws.poissons_ratio(rho, run.case, as_printed), {**PAPER, "ls": dashes})
         for as_printed, (label, dashes) in readings.items()
@@ -191,8 +201,8 @@ def _compare_ratio(run: Run, snows: Sequence[laws.SinteredSnow], folder: Path) -
         Heading("Poisson's ratio"),
         POISSON,
         (
-            "The measured ratios were found not to follow density. Eq. 8 prints 3 - rho_r where Eq. 7 has 3 - 2 "
-            f"rho_r: as printed, the ratio starts at {laws.poissons_ratio(rho[0], run.case, as_printed=True):.3f} and "
+            "The measured ratios were found not to follow density. Eq. 8 prints 3 - ρ_r where Eq. 7 has 3 - 2 "
+            f"ρ_r: as printed, the ratio starts at {laws.poissons_ratio(rho[0], run.case, as_printed=True):.3f} and "
             f"not at its initial value, {run.case.material.nu:g}. The runs have "
             f"`{run.case.reading.poisson_denominator}`."
         ),
@@ -205,12 +215,12 @@ def _compare_densification(
     """Compare density over time, and the viscosity that Eq. 2's first term amounts to."""
     rho = _sample_densities(run)
     paper = laws.viscosity(rho, run.case)
-    curves = [Curve("the paper, Eq. 2: rho_r / C1", rho, paper, PAPER), *_make_law_curves(VISCOSITIES)]
+    curves = [Curve("the paper, Eq. 2: ρ_r / C₁", rho, paper, PAPER), *_make_law_curves(VISCOSITIES)]
     draw_curves(curves, folder / VISCOSITY.file, DENSITY, "viscosity [Pa s]", yscale="log")
     ratio = laws.format_short(float(laws.MELTING.at(rho[0])) / paper[0])
     return [
         Heading("Densification"),
-        *(_compare_over_time(snows, pace, folder) if snows else []),
+        *(_compare_over_time(run, snows, pace, folder) if snows else []),
         VISCOSITY,
         (f"At {rho[0]:g} kg/m³ Crocus at 0 °C is {ratio} times as viscous as that term."),
         (
@@ -222,7 +232,7 @@ def _compare_densification(
     ]
 
 
-def _compare_over_time(snows: Sequence[laws.SinteredSnow], pace: pd.DataFrame, folder: Path) -> list[Block]:
+def _compare_over_time(run: Run, snows: Sequence[laws.SinteredSnow], pace: pd.DataFrame, folder: Path) -> list[Block]:
     """Compare the runs' densification with that of Crocus."""
     _draw_gain(snows, folder / GAIN.file)
     make_cells(pace).to_csv(folder / "pace.csv", index=False, float_format="%.6g", lineterminator="\n")
@@ -231,12 +241,12 @@ def _compare_over_time(snows: Sequence[laws.SinteredSnow], pace: pd.DataFrame, f
     )
     return [
         GAIN,
-        Table(table, "Pressures and stresses in the unit of E; densities in kg/m³.", "pace.csv"),
+        Table(table, f"Pressures and stresses in {_name_units(run)}.", "pace.csv"),
         (
             "What is compared: the time of the pressing with the time that Crocus needs from the same initial to the "
             "same mean density. The pressure is that at the snow's centre, taken for the whole of it, and 0 °C is the "
             "warmest dry snow: both make Crocus fast. In the first frame there is no stress yet, and Eq. 2 densifies "
-            "by its second term, C2 |b|, alone; later by stresses inside the snow, which may exceed the pressure by "
+            "by its second term, C₂ |b|, alone; later by stresses inside the snow, which may exceed the pressure by "
             "far (table)."
         ),
     ]
@@ -277,7 +287,7 @@ def _list_sources(folder: Path) -> list[Block]:
         Heading("The measured laws"),
         Table(
             text[["name", "quantity", "formula", "range", "reference"]].rename(columns={"range": DENSITY}),
-            "rho in kg/m³; each law holds in its range of density and is drawn nowhere else.",
+            "ρ in kg/m³; each law holds in its range of density and is drawn nowhere else.",
             "laws.csv",
         ),
         Fold(

@@ -31,6 +31,12 @@ TABLE_1 = (
     ("xi", 5, "material.xi", "Eqs. 1, 9, first value"),
 )
 
+# How people read the symbols that the file spells.
+SHOWN = {
+    "rho [kg/m^3]": "ρ [kg/m³]", "rho_max [kg/m^3]": "ρ_max [kg/m³]", "E_0": "E₀", "nu_0": "ν₀", "C_1": "C₁",
+    "C_2": "C₂", "C_3": "C₃", "C_4": "C₄", "C_5": "C₅", "theta_c": "θ_c", "theta_s": "θ_s", "xi": "ξ",
+}  # fmt: skip
+
 
 def report(evidence: Evidence) -> FigureContent:
     """Tabulate the parameters that are used beside those of the paper."""
@@ -45,7 +51,8 @@ def report(evidence: Evidence) -> FigureContent:
     make_cells(table).to_csv(evidence.folder / "table1.csv", index=False, lineterminator="\n")
     as_printed = int((table["same"] == "yes").sum())
     verdict = f"{as_printed} of {len(table)} parameters of Table 1 are used as printed."
-    return FigureContent([Table(table, data="table1.csv"), *_explain_mass(run, mass)], verdict)
+    shown = table.assign(parameter=[SHOWN.get(symbol, symbol) for symbol in table["parameter"]])
+    return FigureContent([Table(shown, data="table1.csv"), *_explain_mass(run, mass)], verdict)
 
 
 def _get_setting(case: Case, key: str) -> float:
@@ -60,11 +67,11 @@ def _explain_mass(run: Run, mass: float) -> list[str]:
     return [
         (
             f"A particle's mass follows from density x area: {mass:.4g} kg per {unit} of depth with the reading "
-            f"`{run.case.reading.name}` at fidelity `{run.case.fidelity.name}`. The printed 0.01 kg is rho dx^2 / 4 "
+            f"`{run.case.reading.name}` at fidelity `{run.case.fidelity.name}`. The printed 0.01 kg is ρ dx² / 4 "
             "for dx = 0.02 m, which is the reading `si`. As printed it is `material.mass`, which is used only where b "
             "is read as a force per particle (`reading.external_force=per_particle`)."
         ),
-        "The table prints no unit for E_0 and none for C_1 to C_5; units in which they are read: conf/.",
+        "The table prints no unit for E₀ and none for C₁ to C₅; units in which they are read: conf/.",
     ]
 
 

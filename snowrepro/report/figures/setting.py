@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ...evidence.gather import Evidence
+from ...quantities import format_powers
 from ...scene.build import build_scene
 from ...scene.press import SHELL_CELLS, external_force
 from ...store.run import Run
@@ -29,13 +30,14 @@ def report(evidence: Evidence) -> FigureContent:
     ends = run.case.loading.press_frames
     verdict = (
         f"Frames 1 to {ends}: pressed, without gravity; from frame {ends + 1}: falling with "
-        f"{run.case.reading.gravity:g} {run.case.reading.length_unit}/s^2."
+        f"{run.case.reading.gravity:g} {format_powers('L/T2', [run.case.reading.length_unit])}."
     )
     picture = Picture(
         "setting.png",
         "Left: pressed snow with the external force as red arrows; right: falling snow with gravity as a blue arrow.",
         "Left: the external force b (red) on particles near the surface, as long as it is strong "
-        f"(`reading.press={run.case.reading.press}`, pressure {run.case.pressure:g}). Right: gravity (blue).",
+        f"(`reading.press={run.case.reading.press}`, pressure {run.case.pressure:g} {evidence.pressure_unit}). Right: "
+        "gravity (blue).",
         "Fig. 4",
         "summary.csv",
     )

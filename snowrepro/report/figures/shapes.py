@@ -34,7 +34,10 @@ def report(evidence: Evidence) -> FigureContent:
         "shapes.csv",
     )
     counts = ", ".join(f"{run.case.shape.name} {len(scene.positions):,}" for run, scene in scenes)
-    return FigureContent([picture, Table(table)], f"Particles: {counts}.")
+    shown = table.rename(
+        columns={"area [cells^2]": "area [cells²]", "width x height [cells]": "width × height [cells]"}
+    )
+    return FigureContent([picture, Table(shown)], f"Particles: {counts}.")
 
 
 def draw_shapes(scenes: Sequence[tuple[Run, Scene]], path: Path) -> None:

@@ -7,15 +7,18 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from ...evidence import claims
 from ...evidence.gather import Evidence, sort_as_in_paper
+from ...quantities import PRESSURE, format_powers
 from ...store.run import Run
 from ...summary.classify import classify
 from ...text import make_cells
 from ..document import FigureContent, Picture, escape
 from ..drawing.common import (
     SNOW,
+    choose_font,
     colour_fragments,
     draw_background,
     draw_snow,
@@ -28,6 +31,10 @@ from ..sections import claims as claims_section
 from .kinds import FigureKind
 
 PANEL = 2.3  # width of a panel [inches]
+# Of the picture for a narrow screen, which halves it [inches, points].
+NARROW, NARROW_HEAD, NARROW_LETTERS = 6.6, 0.35, 15
+MARGIN, HEAD = 1.6, 0.55  # beside the panels, for the names of rows, and above them [inches]
+NAMED = "pressure "  # before the number of a row, in the file alone
 
 
 @dataclass(frozen=True)
@@ -53,6 +60,7 @@ def report(evidence: Evidence) -> FigureContent:
     rows = [_make_row(run, evidence) for run in sort_as_in_paper(evidence.first_seed_runs)]
     draw_strip(rows, experiment.frames, first, evidence.folder / "strip.png", by_fragment=False)
     draw_strip(rows, experiment.frames, first, evidence.folder / "fragments.png", by_fragment=True)
+    draw_narrow_strip(rows, experiment.frames[-1], first, evidence.folder / "strip-narrow.png")
     _write_panels(rows, evidence.folder / "strip.csv")
     blocks = [
         *_make_pictures(evidence),
@@ -61,7 +69,10 @@ def report(evidence: Evidence) -> FigureContent:
         *specification.make_blocks(evidence),
     ]
     return FigureContent(
-        blocks, " ".join(claims.write_sentence(scene.table, scene.verdicts) for scene in evidence.scenes)
+        blocks,
+        " ".join(
+            claims.write_sentence(scene.table, scene.verdicts, evidence.pressure_unit) for scene in evidence.scenes
+        ),
     )
 
 
@@ -77,12 +88,15 @@ def _make_pictures(evidence: Evidence) -> list[Picture]:
         "first with sintering, then without.",
         experiment.figure,
         "strip.csv",
+        "strip-narrow.png",
+        is_end_first=True,
     )
     fragments = Picture(
         "fragments.png",
         "The same, coloured by fragment: lumps in colours, powder in grey.",
-        "The same by fragment, from release on: each lump has a colour and keeps it, powder is grey.",
+        "The same runs and frames by fragment, from release on: each lump has a colour and keeps it, powder is grey.",
         data="strip.csv",
+        is_end_first=True,
     )
     return [strip, fragments]
 
@@ -106,17 +120,20 @@ def draw_strip(rows: Sequence[Row], frames: Sequence[int], run: Run, path: Path,
     the paper's.
     """
     width, height = get_panel_size(run)
-    figure = Figure(figsize=(PANEL * len(frames) + 1.35, PANEL * height / width * len(rows) + 0.45))
+    figure = Figure(figsize=(PANEL * len(frames) + MARGIN, PANEL * height / width * len(rows) + HEAD))
     figure.set_facecolor("white")
+    letters = choose_font(figure.get_figwidth())
     grid = figure.subplots(len(rows), len(frames), squeeze=False)
     figure.subplots_adjust(
-        left=1.3 / figure.get_figwidth(),
+        left=MARGIN / figure.get_figwidth(),
         right=0.998,
         bottom=0.004,
-        top=1 - 0.42 / figure.get_figheight(),
+        top=1 - HEAD / figure.get_figheight(),
         wspace=0.02,
         hspace=0.03,
     )
+    unit = format_powers(PRESSURE, [run.case.reading.length_unit])
+    figure.text(0.004, 0.998, f"pressure\n[{unit}]", ha="left", va="top", fontsize=letters)
     for row, axes in zip(rows, grid, strict=True):
         for frame, ax in zip(frames, axes, strict=True):
             draw_background(ax, run)
@@ -125,16 +142,44 @@ def draw_strip(rows: Sequence[Row], frames: Sequence[int], run: Run, path: Path,
                 continue
             colour = row.colours.get(frame, SNOW) if by_fragment else SNOW
             draw_snow(ax, run, row.places[frame], PANEL * 72 / width, colour)
-        axes[0].set_ylabel(row.label, rotation=0, ha="right", va="center", fontsize=9, labelpad=8)
+        axes[0].set_ylabel(
+            row.label.removeprefix(NAMED), rotation=0, ha="right", va="center", fontsize=letters, labelpad=8
+        )
     for frame, ax in zip(frames, grid[0], strict=True):
-        ax.set_title(format_column_title(frame, run), fontsize=9)
+        ax.set_title(format_column_title(frame, run), fontsize=letters)
+    save_figure(figure, path)
+
+
+def draw_narrow_strip(rows: Sequence[Row], frame: int, run: Run, path: Path) -> None:
+    """Draw one frame of each run large, for a narrow screen: in the paper's colours, and beside it by fragment.
+
+    ``run``: any of the runs, which all have the same scene.
+    """
+    width, height = get_panel_size(run)
+    engine = ConstrainedLayoutEngine(w_pad=0.02, h_pad=0.02, wspace=0.0, hspace=0.0)
+    figure = Figure(figsize=(NARROW, len(rows) * (NARROW / 2 * height / width + NARROW_HEAD)), layout=engine)
+    unit = format_powers(PRESSURE, [run.case.reading.length_unit])
+    for row, axes in zip(rows, figure.subplots(len(rows), 2, squeeze=False), strict=True):
+        for ax, colours in zip(axes, ({}, row.colours), strict=True):
+            draw_background(ax, run)
+            if row.places:
+                draw_snow(ax, run, row.places[frame], NARROW / 2 * 72 / width, colours.get(frame, SNOW))
+            else:
+                ax.text(
+                    0.5, 0.5, "missing", transform=ax.transAxes, ha="center", color="white", fontsize=NARROW_LETTERS
+                )
+        name = row.label.removeprefix(NAMED).replace("\n", f" {unit}, ")
+        axes[0].set_title(name, fontsize=NARROW_LETTERS, loc="left")
+        if frame in row.measures:
+            share = f"{row.measures[frame]['mass_in_lumps']:.2f} in lumps"
+            axes[1].set_title(share, fontsize=NARROW_LETTERS, loc="right")
     save_figure(figure, path)
 
 
 def _make_row(run: Run, evidence: Evidence) -> Row:
     """Read the row of a run."""
     arm = "sintering" if run.case.sintering.enabled else "no sintering"
-    label = f"pressure {run.case.pressure:g}\n{arm}"
+    label = f"{NAMED}{run.case.pressure:g}\n{arm}"
     if not evidence.is_done(run):
         return Row(label, {}, {}, {})
     frames = evidence.experiment.frames

@@ -77,8 +77,10 @@ def _draw_responses(evidence: Evidence) -> list[Block]:
         names = ", ".join(label_column(sweep, measure) for measure in measures)
         scale = ", on a logarithmic scale" if spans_far(read_values(sweep, x)) else ""
         colours = f"; colours: {format_code(sweep.key_of(colour))}" if colour else ""
-        rest = [format_code(sweep.key_of(name)) for name in sweep.varied if name not in (x, colour, "seed")]
-        lines = f" Of each colour there is a line for each value of {join_names(rest, 'and')}." if rest else ""
+        rest = [sweep.key_of(name) for name in sweep.varied if name not in (x, colour, "seed")]
+        apart = f"snowrepro plot SWEEP x={key} panel={rest[0]}" if rest else ""
+        which = join_names([format_code(name) for name in rest], "and")
+        lines = f" Each value of {which} has a line of its own; {format_code(apart)} draws them apart." if rest else ""
         points = describe_points(sweep, Roles(x, measures[0], colour))
         caption = f"Results over {format_code(key)}{scale}{colours}.{lines} {points[0].upper()}{escape(points[1:])}."
         blocks.append(Picture(file, f"Panels over {key}: {names}.", caption, data=RESULTS))

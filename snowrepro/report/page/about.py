@@ -2,7 +2,7 @@
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from urllib.parse import quote
 
@@ -11,8 +11,10 @@ import yaml
 
 from ...evidence.gather import Evidence, describe_run, read_origin, sort_as_in_paper
 from ...mpm.ledger import BOUNDED, bounded
+from ...quantities import add_unit
 from ...store import states
 from ...store.run import Run
+from ...summary.row import ALL_COLUMNS
 from ..document import Block, Fold, Section, Table, escape, escape_cell, format_list
 from ..figures.kinds import find_figure
 
@@ -21,8 +23,8 @@ MOST_LISTED = 48  # runs in a table that stands open
 HEALTH_COLUMNS = {
     "particles": "particles",
     "energy_unclosed": "energy unclosed",
-    "poisson_capped": "nu capped",
-    "density_capped": "rho capped",
+    "poisson_capped": "ν capped",
+    "density_capped": "ρ capped",
     "hardening_capped": "Eq. 1 capped",
     "hardening_floored": "Eq. 1 floored",
     "volume_bounded": "J_P bounded",
@@ -32,13 +34,13 @@ RUN_COLUMNS = {"shape": "shape", "floor": "floor", "pressure": "pressure", "sint
 MORE_COLUMNS = {"indenter": "indenter"}  # in experiments that have one
 ALL_RUN_COLUMNS = {**RUN_COLUMNS, **MORE_COLUMNS}
 MEASURE_COLUMNS = {
-    "lump_fraction": "lumps [mass]",
-    "lumps": "lumps [count]",
+    "lump_fraction": "mass in lumps",
+    "lumps": "lumps",
     "largest_fragment": "largest",
     "broken_bonds": "bonds broken",
     "hardness": "hardness",
     "density_at_release": "density",
-    "hardening_at_release": "xi",
+    "hardening_at_release": "ξ",
     "factor_at_release": "hardening factor",
     "settled": "settled",
 }
@@ -100,18 +102,33 @@ def _describe_health(table: pd.DataFrame, evidences: Sequence[Evidence]) -> list
     if table.empty:
         return ["No run has a result."]
     heads = {name: head for name, head in HEALTH_COLUMNS.items() if name in table}
-    worst = table.reindex(columns=["energy_unclosed"]).astype(float).max().iloc[0]
-    unsettled = int((~table["settled"].astype(bool)).sum()) if "settled" in table else 0
     text = (
-        f"Of the energy that was turned over from the release on, the ledgers leave at most {worst:.1%} without a "
-        f"cause. {unsettled} of {len(table)} runs had not settled at their end. Capped, floored, bounded: the most "
+        f"{_describe_unclosed(table)} {_describe_unsettled(table)} Capped, floored, bounded: the most "
         "particles in any frame at a bound that the reading adds to the paper's laws; all columns are in summary.csv."
     )
-    rows = table[[name for name in ALL_RUN_COLUMNS if name in table]].rename(columns=ALL_RUN_COLUMNS)
+    rows = table[[name for name in ALL_RUN_COLUMNS if name in table]].rename(
+        columns=_add_units(ALL_RUN_COLUMNS, evidences)
+    )
     frame = pd.concat([rows.map(escape_cell), table[list(heads)].rename(columns=heads)], axis=1)
     lines = [f"{escape(describe_run(run))}: {_describe_bounds(run)}" for run in _list_done_runs(evidences)]
     summary = "What was bounded in each run, on how many particles at most, and since when"
     return [text, _fold_long_table("Every run", Table(frame), len(frame)), Fold(summary, [format_list(lines)])]
+
+
+def _describe_unclosed(table: pd.DataFrame) -> str:
+    """Say how much energy the ledgers leave without a cause."""
+    worst = table.reindex(columns=["energy_unclosed"]).astype(float).max().iloc[0]
+    if math.isnan(worst):
+        return "How much energy has no cause was not recorded."
+    return f"Of the energy turned over from the release on, the ledgers leave at most {worst:.1%} without a cause."
+
+
+def _describe_unsettled(table: pd.DataFrame) -> str:
+    """Say how many of the runs that fall still broke at their end."""
+    settled = table["settled"].dropna() if "settled" in table else pd.Series(dtype=bool)
+    if settled.empty:
+        return "None of the runs falls, so whether they settled was not asked."
+    return f"{int((~settled.astype(bool)).sum())} of {len(settled)} runs that fall had not settled at their end."
 
 
 def _fold_long_table(head: str, table: Table, rows: int) -> Block:
@@ -187,13 +204,19 @@ def _make_run_row(run: Run, evidence: Evidence, folder: Path) -> dict[str, objec
         "run": _link_files(name, run, folder) if evidence.is_done(run) else f"**missing** {escape(name)}",
         "shape": escape(run.case.shape.name),
         "floor": escape(run.case.floor.name),
-        "pressure": f"{run.case.pressure:g}",
+        add_unit("pressure", evidence.pressure_unit): f"{run.case.pressure:g}",
         "sintering": escape(run.case.sintering.name),
         "seed": run.case.seed,
         "other settings": escape("; ".join(_list_changes(run, evidence))) or None,
     }
     numbers = evidence.row(name)
-    return row | {head: numbers.get(column) for column, head in MEASURE_COLUMNS.items()}
+    return row | {head: numbers.get(column) for column, head in _add_units(MEASURE_COLUMNS, [evidence]).items()}
+
+
+def _add_units(heads: Mapping[str, str], evidences: Sequence[Evidence]) -> dict[str, str]:
+    """Add the units to the heads of columns, which are given by the columns' names."""
+    lengths = [unit for evidence in evidences for unit in evidence.length_units]
+    return {name: add_unit(head, ALL_COLUMNS[name].format_unit(lengths)) for name, head in heads.items()}
 
 
 def _list_changes(run: Run, evidence: Evidence) -> list[str]:

@@ -176,7 +176,7 @@ def draw_differences(cells: pd.DataFrame, dims: Sequence[str], path: Path) -> No
     varied = [dim for dim in dims if len(cells[dim].dropna().unique()) > 1] or list(dims)
     coordinates = drawn[varied].to_dict("records")
     labels = [", ".join(f"{dim} {_format_coordinate(value)}" for dim, value in row.items()) for row in coordinates]
-    ax.set_yticks(rows, labels, fontsize=7)
+    ax.set_yticks(rows, labels, fontsize=8)
     ax.set(ylim=(len(drawn) - 0.5, -0.5), xlabel=" or ".join(sorted(set(drawn["measure"]))).replace("_", " "))
     ax.grid(axis="x", color="0.92", lw=0.6)
     figure.legend(loc="outside upper center", ncols=2, frameon=False, fontsize=9)

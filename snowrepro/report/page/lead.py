@@ -2,33 +2,68 @@
 
 from collections.abc import Sequence
 
-from ...evidence.claims import NOT_RUN, Count, JudgedScene, Verdict, format_interval
+from ...evidence.claims import NOT_RUN, Count, JudgedScene, Verdict, format_interval, list_calibrated_claims
 from ...evidence.gather import Evidence
+from ...quantities import DENSITY, PRESSURE, format_powers
+from ...settings.case import Case
 from ...settings.question import Claim
 from ...store import states
-from ..document import Block, Heading, Picture, Section, escape, format_code, format_list
+from ..document import Block, Heading, Picture, Section, escape, format_code, format_list, join_names
 from ..figures.kinds import find_figure
 
-SHOWN_ABOVE = "This picture is shown at the top of the page."
+SHOWN_ABOVE = "The first picture of this section is at the top of the report."
 
 
-def make_lead(evidences: Sequence[Evidence], sections: Sequence[Section]) -> tuple[Section, list[Section]]:
+def make_lead(
+    evidences: Sequence[Evidence], sections: Sequence[Section], not_run: Sequence[str] = ()
+) -> tuple[Section, list[Section]]:
     """Make the first section of a report, the summary.
 
-    Returns it and the other sections; the picture that moved into the summary is replaced there by a sentence.
+    ``not_run``: titles of experiments that are in ``sections`` without a run.  Returns the summary and the other
+    sections; the picture that moved into the summary is replaced there by a sentence.
     """
     judged = [evidence for evidence in evidences if find_figure(evidence.experiment).is_judged]
     anchor = (judged or evidences)[0].experiment.name
     chosen = next(section for section in sections if section.anchor == anchor)
     picture = next((block for block in chosen.blocks if isinstance(block, Picture)), None)
     blocks: list[Block] = [describe_runs(evidences)]
+    if len(sections) > 1:
+        blocks.append(format_list(describe_scope(evidences, not_run)))
     if judged:
         blocks += [Heading("The claims"), format_list(describe_claims(judged))]
     if picture:
         blocks.append(picture)
     first = Section("summary", "Summary", blocks, command=chosen.command, runs=chosen.runs)
-    others = [_replace_picture(section, picture) if section is chosen else section for section in sections]
+    others = [_take_picture_out(section, picture) if section is chosen else section for section in sections]
     return first, others
+
+
+def describe_scope(evidences: Sequence[Evidence], not_run: Sequence[str]) -> list[str]:
+    """Say what a report on several experiments tests, what it only fits, what was not run, and what all of it assumes.
+
+    ``not_run``: titles.
+    """
+    kinds: dict[str, list[str]] = {"Tested": [], "Fitted": [], "Shown, not judged": []}
+    for evidence in evidences:
+        kinds[_find_kind(evidence)].append(escape(evidence.experiment.title))
+    kinds["Not run here"] = [escape(title) for title in not_run]
+    lines = [f"**{kind}**: {'; '.join(titles)}." for kind, titles in kinds.items() if titles]
+    if not kinds["Tested"]:
+        lines.insert(0, "**Tested**: nothing.")
+    if kinds["Fitted"]:
+        by_choice = join_names(list_calibrated_claims(evidences[0].runs[0].config.question.claims), "and")
+        lines.append(
+            f"**Fitted** means that the pressures were chosen on this scene: {by_choice} hold there by choice."
+        )
+    assumed = "pressures, gravity, time step, grid, shapes and more"
+    return [*lines, f"**Assumed**: all that [the paper leaves open](#choices): {assumed}."]
+
+
+def _find_kind(evidence: Evidence) -> str:
+    """Find whether an experiment tests claims, is fitted to them, or is only shown."""
+    if not find_figure(evidence.experiment).is_judged:
+        return "Shown, not judged"
+    return "Fitted" if all(scene.calibrated for scene in evidence.scenes) else "Tested"
 
 
 def describe_runs(evidences: Sequence[Evidence]) -> str:
@@ -42,12 +77,26 @@ def describe_runs(evidences: Sequence[Evidence]) -> str:
     for standing in states.standings(list(runs.values())):
         counts[standing.state] = counts.get(standing.state, 0) + 1
     done = counts.pop(states.DONE, 0)
-    missing = "".join(f"; **{count} {state}**" for state, count in counts.items()) or ", none is missing"
-    readings = dict.fromkeys(format_code(run.case.reading.name) for run in runs.values())
-    fidelities = dict.fromkeys(format_code(run.case.fidelity.name) for run in runs.values())
+    missing = "".join(f"; **{count} {state}**" for state, count in counts.items())
+    cases = [run.case for run in runs.values()]
+    readings = dict.fromkeys(format_code(case.reading.name) for case in cases)
+    fidelities = dict.fromkeys(format_code(case.fidelity.name) for case in cases)
     return (
         f"{done} of {len(runs)} runs are done{missing}. Reading {', '.join(readings)}, fidelity "
-        f"{', '.join(fidelities)}."
+        f"{', '.join(fidelities)}. {_explain_units(cases[0]) if len(readings) == 1 else ''}".rstrip()
+    )
+
+
+def _explain_units(case: Case) -> str:
+    """Explain what the numbers of pressures and densities mean, in a case's reading."""
+    length = case.reading.length_unit
+    pressure, density = (format_powers(powers, [length]) for powers in (PRESSURE, DENSITY))
+    grid = (
+        "cells of the paper's grid" if length == "cell" else f"{length}; a cell of the grid is {case.reading.cell:g} m"
+    )
+    return (
+        f"The snow is two-dimensional. Lengths are in {grid}. So pressures are in {pressure}, like the initial Young's "
+        f"modulus of {case.material.E:,.0f}, and densities in {density}, {case.material.rho:g} at the start."
     )
 
 
@@ -102,7 +151,12 @@ def _describe_verdict(claim: Claim, verdict: Verdict, scene: JudgedScene, where:
     return f"**{verdict.word}**{remark}, {place}: {measure} {escape(number)}, {seeds}{disagreement}."
 
 
-def _replace_picture(section: Section, picture: Picture | None) -> Section:
-    """Return the section with a sentence in the place of ``picture``."""
-    blocks = [SHOWN_ABOVE if block is picture and picture else block for block in section.blocks]
+def _take_picture_out(section: Section, picture: Picture | None) -> Section:
+    """Return the section without ``picture``; a sentence behind the pictures that follow it says where it is."""
+    blocks = [block for block in section.blocks if block is not picture]
+    if picture:
+        behind = list(section.blocks).index(picture)
+        while behind < len(blocks) and isinstance(blocks[behind], Picture):
+            behind += 1
+        blocks.insert(behind, SHOWN_ABOVE)
     return Section(section.anchor, section.title, blocks, section.paper_text, section.command, section.runs)

@@ -8,12 +8,44 @@ import pandas as pd
 from ...store.files import published
 from ..document import Block, Document, Fold, Heading, Pair, Picture, Section, Table, escape, format_cell, format_code
 
+MOST_QUOTED = 300  # letters of a section's result in a list of contents
+
 
 def write_markdown(document: Document, path: Path) -> None:
     """Write the report to ``path``; its pictures lie beside it."""
     lines = [f"# {escape(document.title)}", ""]
     for number, section in enumerate(document.sections):
         lines += _format_section(section, headed=number > 0)
+    _write_lines(lines, path)
+
+
+def write_markdown_parts(document: Document, folder: Path) -> None:
+    """Write a long report as a short ``index.md``, its summary and a list of contents, and a file for each section.
+
+    The files lie in ``folder`` and are named by the sections' anchors; pictures lie beside it, as for one file.
+    """
+    summary, *parts = document.sections
+    title = escape(document.title)
+    contents = [f"- [{part.title}]({part.anchor}.md){_quote_result(part)}" for part in parts]
+    _write_lines(
+        [f"# {title}", "", *_format_section(summary, headed=False), "## Contents", "", *contents], folder / "index.md"
+    )
+    for part in parts:
+        _write_lines([f"[{title}](index.md)", "", *_format_section(part, headed=True)], folder / f"{part.anchor}.md")
+
+
+def _quote_result(section: Section) -> str:
+    """Quote what a section begins with, behind its title in a list; cut where it is long, empty if it is no text."""
+    first = section.blocks[0] if section.blocks else ""
+    if not isinstance(first, str) or "\n" in first:
+        return ""
+    text = first.strip("*")
+    end = text.rfind("; ", 0, MOST_QUOTED) if len(text) > MOST_QUOTED else len(text)
+    return f": {text[:end]}{' ...' * (end < len(text))}" if end > 0 else ""
+
+
+def _write_lines(lines: Sequence[str], path: Path) -> None:
+    """Write lines of Markdown into a file."""
     with published(path) as partial:
         partial.write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8")
 

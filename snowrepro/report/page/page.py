@@ -19,7 +19,7 @@ from .about import make_run_sections, make_runs_anchor
 from .folder import find_report_folder
 from .html import write_html
 from .lead import make_lead
-from .markdown import write_markdown
+from .markdown import write_markdown, write_markdown_parts
 
 MOST_BOLD = 400  # letters of a verdict
 VIEWER_BYTES = 2_300_000  # of a page, which is to stay below 5 MB
@@ -86,11 +86,16 @@ def write_experiment_page(report: ExperimentReport, sections: Sequence[Section] 
 
 @own_style()
 def write_page(
-    title: str, contents: Sequence[ExperimentReport | Section], folder: Path, more: Sequence[Section] = ()
+    title: str,
+    contents: Sequence[ExperimentReport | Section],
+    folder: Path,
+    more: Sequence[Section] = (),
+    in_parts: bool = False,
 ) -> Path:
     """Write a report as index.html, index.md and report.json; returns the page.
 
-    Its parts are: the summary, ``contents``, the sections ``more``, and the sections on all runs.
+    It consists of the summary, ``contents``, the sections ``more``, and the sections on all runs.  ``in_parts``:
+    whether its Markdown is a file for each of these.
     """
     require_no_links(folder)
     require_writable(folder)
@@ -98,18 +103,22 @@ def write_page(
     sections = [
         content.make_section(folder) if isinstance(content, ExperimentReport) else content for content in contents
     ]
-    first, others = make_lead(evidences, sections)
+    not_run = [content.title for content in contents if isinstance(content, Section)]
+    first, others = make_lead(evidences, sections, not_run)
     viewer = next(
         (content.viewer for content in contents if isinstance(content, ExperimentReport) and content.viewer), None
     )
     return write_document(
-        Document(title, [first, *others, *more, *make_run_sections(evidences, folder)]), folder, viewer
+        Document(title, [first, *others, *more, *make_run_sections(evidences, folder)]), folder, viewer, in_parts
     )
 
 
-def write_document(document: Document, folder: Path, viewer: Viewer | None = None) -> Path:
-    """Write a document as HTML, Markdown and JSON into a folder; returns the page."""
-    write_markdown(document, folder / "index.md")
+def write_document(document: Document, folder: Path, viewer: Viewer | None = None, in_parts: bool = False) -> Path:
+    """Write a document as HTML, Markdown, if asked for ``in_parts``, and JSON into a folder; returns the page."""
+    if in_parts:
+        write_markdown_parts(document, folder)
+    else:
+        write_markdown(document, folder / "index.md")
     write_html(document, folder / "index.html", viewer)
     write_json(document, folder / "report.json")
     return folder / "index.html"

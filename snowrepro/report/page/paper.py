@@ -1,6 +1,6 @@
 """The report on the whole paper: all figures and tables in its order, and the register of choices."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,12 +17,21 @@ from .page import ExperimentReport, draw_experiment, write_experiment_page, writ
 
 TITLE = "Snow Simulation Considering Pressure Sintering: a reproduction"
 
+COMMITTED = Path("reports")  # of a clone: what the project made itself
+
 
 @dataclass(frozen=True)
 class PlannedExperiment:
     """An experiment of the paper's report.  ``plan``: with every seed that was asked for."""
 
     plan: Plan
+
+    @property
+    def title(self) -> str:
+        """Its title."""
+        experiment = self.plan.experiment
+        assert experiment is not None, "it was planned by the name of an experiment"
+        return experiment.title
 
     @property
     def is_drawn(self) -> bool:
@@ -32,20 +41,44 @@ class PlannedExperiment:
         return not needed or bool(find_records(self.plan.overrides, runs[0].store)) or all(map(Run.is_done, runs))
 
 
-@own_style()
-def write_paper(overrides: Sequence[str], store: str) -> Path:
-    """Write the report on all of the paper's experiments from the store alone; returns the page.
+@dataclass(frozen=True)
+class PlannedPaper:
+    """All experiments of the report on the paper, in its order.
 
-    ``overrides`` hold for each experiment.  Raises ConfigError, StoreError.
+    ``overrides`` hold for each of them; ``store``: the folder that their runs are in; ``folder``: of the report.
     """
+
+    experiments: tuple[PlannedExperiment, ...]
+    overrides: tuple[str, ...]
+    store: str
+    folder: Path
+
+
+def plan_paper(overrides: Sequence[str], store: str) -> PlannedPaper:
+    """Plan the report on all of the paper's experiments: their runs, and where it is written.  Raises ConfigError."""
     planned = [_plan_experiment([f"experiment={name}", *overrides], store) for name in list_in_paper_order()]
-    contents = [draw_experiment(each.plan) if each.is_drawn else _make_placeholder(each.plan) for each in planned]
-    register = choices.make_section(overrides, store)
-    for content in contents:
-        if isinstance(content, ExperimentReport):
-            write_experiment_page(content, [register] if find_figure(content.evidence.experiment).is_judged else ())
     folder = Path(planned[0].plan.runs[0].config.question.reports) / name_sweep(["experiment=paper", *overrides])
-    return write_page(TITLE, contents, folder, [register])
+    return PlannedPaper(tuple(planned), tuple(overrides), store, folder)
+
+
+@own_style()
+def write_paper(paper: PlannedPaper, tell: Callable[[str], None] = lambda line: None) -> list[Path]:
+    """Write the report on the paper from the store alone; returns its page, and those of the experiments drawn for it.
+
+    ``tell`` is given a line on each experiment before it is drawn.  Raises StoreError.
+    """
+    contents: list[ExperimentReport | Section] = []
+    for number, each in enumerate(paper.experiments, 1):
+        tell(f"drawing {each.title} ({number} of {len(paper.experiments)})")
+        contents.append(draw_experiment(each.plan) if each.is_drawn else _make_placeholder(each.plan))
+    tell("writing the pages")
+    register = choices.make_section(paper.overrides, paper.store)
+    drawn = [content for content in contents if isinstance(content, ExperimentReport)]
+    pages = [
+        write_experiment_page(each, [register] if find_figure(each.evidence.experiment).is_judged else ())
+        for each in drawn
+    ]
+    return [write_page(TITLE, contents, paper.folder, [register], in_parts=True), *pages]
 
 
 def _plan_experiment(overrides: Sequence[str], store: str) -> PlannedExperiment:
@@ -58,5 +91,7 @@ def _make_placeholder(plan: Plan) -> Section:
     experiment = plan.experiment
     assert experiment is not None
     command = format_code(command_to_repeat(plan.overrides))
-    text = f"**Not run.** {command} makes its {len(plan.runs)} runs and fills this section."
+    text = f"**Not run here.** {command} makes its {len(plan.runs)} runs and fills this section."
+    if (COMMITTED / experiment.name / "index.md").is_file():
+        text += f" The project's own result is in {format_code(f'{COMMITTED}/{experiment.name}/index.md')}."
     return Section(experiment.name, escape(experiment.title), [text], escape(experiment.says))

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from ...evidence.gather import Evidence
+from ...quantities import add_unit
 from ...store.run import Run
 from ...summary.row import read_bonds
 from ...text import make_cells
@@ -24,7 +25,7 @@ LEAST = 1e-4  # mass of a fragment, as part of the body, from which on the curve
 SURVIVAL = Picture(
     "survival.png",
     "Survival curves: mass in fragments of at least a given mass, a curve a run, with and without sintering.",
-    "Phi(m): the part of the mass that is in fragments of at least m at the end. Where a curve meets the upright line, "
+    "Φ(m): the part of the mass that is in fragments of at least m at the end. Where a curve meets the upright line, "
     "the least mass of a lump, it shows the mass in lumps; wherever one would put that line, more lumps than powder is "
     "to meet it above one half. One curve a run.",
     data="survival.csv",
@@ -64,9 +65,9 @@ def draw_survival(bonds_of_runs: Sequence[tuple[Run, xr.Dataset]], evidence: Evi
         ax.axvline(lump, color="0.6", lw=0.8)
     for ax in axes:
         ax.axhline(0.5, color="0.6", lw=0.8, ls=":")
-        ax.set(xscale="log", xlim=(LEAST, 1.2), ylim=(-0.02, 1.02), xlabel="mass m of a fragment [part of the body]")
-    axes[0].set_ylabel("mass in fragments of at least m [1]")
-    _add_legend(figure, colours)
+        ax.set(xscale="log", xlim=(LEAST, 1.2), ylim=(-0.02, 1.02), ylabel="mass in fragments\nof at least m")
+    axes[-1].set_xlabel("mass m of a fragment [part of the body]")
+    _add_legend(figure, colours, evidence.pressure_unit)
     save_figure(figure, evidence.folder / SURVIVAL.file)
     _write_rows(rows, evidence.folder / SURVIVAL.data)
 
@@ -85,9 +86,9 @@ def draw_bonds(bonds_of_runs: Sequence[tuple[Run, xr.Dataset]], evidence: Eviden
             _label_rows(run, time=time, broken=bonds["broken_both"].values, by_stretch=bonds["broken_stretch"].values)
         )
     for ax in axes:
-        ax.set(ylim=(-0.02, 1.02), xlabel="time since pressing began [s]")
-    axes[0].set_ylabel("broken part of the bonds [1]")
-    _add_legend(figure, colours)
+        ax.set(ylim=(-0.02, 1.02), ylabel="broken part of the bonds")
+    axes[-1].set_xlabel("time since pressing began [s]")
+    _add_legend(figure, colours, evidence.pressure_unit)
     save_figure(figure, evidence.folder / BONDS.file)
     _write_rows(rows, evidence.folder / BONDS.data)
 
@@ -109,8 +110,8 @@ def _write_rows(rows: Sequence[pd.DataFrame], path: Path) -> None:
 
 def _make_panels() -> tuple[Figure, list[Axes]]:
     """Make a figure with one panel for each arm."""
-    figure = Figure(figsize=(8.2, 3.6), layout="constrained")
-    axes = list(figure.subplots(1, 2, sharey=True))
+    figure = Figure(figsize=(5.2, 6.4), layout="constrained")  # so narrow that a phone shows all of it
+    axes = list(figure.subplots(2, 1, sharex=True, sharey=True))
     for ax, (_, title) in zip(axes, ARMS, strict=True):
         ax.set_title(title, fontsize=10)
     return figure, axes
@@ -122,7 +123,10 @@ def assign_colours(runs: Sequence[Run]) -> dict[float, tuple]:
     return {p: colormaps["plasma"](0.85 * i / max(len(pressures) - 1, 1)) for i, p in enumerate(pressures)}
 
 
-def _add_legend(figure: Figure, colours: dict[float, tuple]) -> None:
-    """Add the legend of pressures."""
-    lines = [Line2D([], [], color=colour, label=f"pressure {pressure:g}") for pressure, colour in colours.items()]
-    figure.legend(handles=lines, loc="outside lower center", ncols=min(len(lines), 6), frameon=False, fontsize=8)
+def _add_legend(figure: Figure, colours: dict[float, tuple], unit: str) -> None:
+    """Add the legend of pressures, with their unit."""
+    lines = [Line2D([], [], color=colour, label=f"{pressure:g}") for pressure, colour in colours.items()]
+    figure.legend(
+        handles=lines, loc="outside lower center", ncols=min(len(lines), 6), frameon=False, fontsize=9,
+        title=add_unit("pressure", unit), title_fontsize=9,
+    )  # fmt: skip

@@ -15,7 +15,7 @@ from .records import write_claims
 from .response import draw_response
 
 WIDTH = 100  # of a line on the screen
-P50 = "P50, the pressure at which half of the sintered mass is in lumps"
+P50 = "P50, the pressure at which half of the sintered mass is in lumps [{unit}]"
 
 RULES = """\
 * Seeds are blocks: the same ones at every pressure. A seed changes the particles' random places alone, so seeds show
@@ -40,7 +40,8 @@ def make_blocks(evidence: Evidence) -> list[Block]:
     """
     scenes = evidence.scenes
     half_pressures = {scene.name: format_half_pressure(evidence.half_pressures[scene.name], scene) for scene in scenes}
-    draw_response(scenes, evidence.half_pressures, evidence.folder / "response.png", half_pressures)
+    path, unit = evidence.folder / "response.png", evidence.pressure_unit
+    draw_response(scenes, evidence.half_pressures, path, unit, half_pressures)
     write_claims(evidence, half_pressures)
     claims = evidence.runs[0].config.question.claims
     return [
@@ -65,17 +66,19 @@ def make_blocks(evidence: Evidence) -> list[Block]:
 
 def format_for_screen(evidence: Evidence) -> list[str]:
     """Format the verdicts as lines of plain text."""
-    head = f"{evidence.experiment.title}. {_format_seeds(evidence)}."
+    head = f"{evidence.experiment.title}. {_format_seeds(evidence)}. Pressures are in {evidence.pressure_unit}."
     if len(evidence.scenes) == 1:
         (scene,) = evidence.scenes
-        half = f"{P50}: {format_half_pressure(evidence.half_pressures[scene.name], scene)}"
+        half_pressure = format_half_pressure(evidence.half_pressures[scene.name], scene)
+        half = f"{P50.format(unit=evidence.pressure_unit)}: {half_pressure}"
         return [head, "", *_format_verdicts([*scene.verdicts, *evidence.over_scenes]), "", half]
     frame = _tabulate_by_scene(evidence)
     return [
         head,
         "",
         *frame.to_string(index=False, justify="left", formatters=_align_left(frame)).splitlines(),
-        "* by calibration, no test; - the numbers disagree; P50: pressure where half of the mass is in lumps",
+        "* by calibration, no test; - the numbers disagree",
+        P50.format(unit=evidence.pressure_unit),
         "",
         *_format_verdicts(evidence.over_scenes),
     ]
@@ -152,18 +155,20 @@ def _describe_one_scene(evidence: Evidence, half_pressures: dict[str, str]) -> l
     return [
         f"Snow and floor: {escape(scene.name)}. {_explain_numbers(evidence)}",
         Table(_tabulate_verdicts(verdicts), data="claims.csv"),
-        f"{P50}: **{half_pressures[scene.name]}**.",
+        f"{P50.format(unit=evidence.pressure_unit)}: **{half_pressures[scene.name]}**.",
     ]
 
 
 def _describe_several_scenes(evidence: Evidence) -> list[Block]:
     """Describe the verdicts by all scenes together, and by each scene alone."""
-    undecided = sum(verdict.word == INCONCLUSIVE for scene in evidence.scenes for verdict in scene.verdicts)
+    words = [verdict.word for scene in evidence.scenes for verdict in scene.verdicts]
+    open_verdicts = f"{words.count(INCONCLUSIVE)} verdicts are inconclusive, {words.count(NOT_RUN)} not run"
     return [
         Table(_tabulate_verdicts(evidence.over_scenes), data="claims.csv"),
         (
-            "Each scene alone (\\* by calibration, no test; - the numbers disagree; P50: pressure at which half of "
-            f"the sintered mass is in lumps; {undecided} verdicts are inconclusive). {_explain_numbers(evidence)}"
+            "Each scene alone (\\* by calibration, no test; - the numbers disagree; "
+            f"{P50.format(unit=evidence.pressure_unit)}; {open_verdicts}). "
+            f"{_explain_numbers(evidence)}"
         ),
         Table(_tabulate_by_scene(evidence).map(escape), data="claims.csv"),
     ]
@@ -193,7 +198,7 @@ def _tabulate_verdicts(verdicts: Sequence[Verdict]) -> pd.DataFrame:
             "effect [interval]": verdict.effect_text or "-",
             "seeds": verdict.seeds,
             "p": _format_p(verdict),
-            "tau [interval]": format_interval(verdict.tau) if verdict.tau else "-",
+            "τ [interval]": format_interval(verdict.tau) if verdict.tau else "-",
             "verdict": f"**{verdict.label}**",
             "against it": "; ".join(verdict.disagrees) or "-",
             "note": verdict.note or "-",

@@ -89,6 +89,8 @@ def _describe_effects(variants: Sequence[Variant], comparison: Comparison) -> st
 
 def describe_effect(variant: Variant, comparison: Comparison) -> str:
     """Describe in a few words what a variant does to the claims and the lumps."""
+    if comparison.base.table.empty and len(variant.table):
+        return "run, but Figure 5 itself is not: nothing to compare with"
     parts, moves = [], comparison.find_moves(variant)
     lost, gained = comparison.list_lost_claims(variant), comparison.list_gained_claims(variant)
     for verb, claims in (("loses", lost), ("gains", gained)):
@@ -112,6 +114,9 @@ def _summarise(register: Sequence[Entry], comparison: Comparison) -> str:
     """Say how many choices were tried otherwise, which of them move a claim, and which lack runs."""
     alternatives = {entry.name: entry.find_alternatives(comparison.changed_variants) for entry in register}
     tried = [name for name, variants in alternatives.items() if variants]
+    if not tried or comparison.base.table.empty:
+        why = "no run of other choices is in this store" if not tried else "the runs of Figure 5 itself are not there"
+        return f"**Not tried here**: what other choices than these {len(register)} would do to Figure 5; {why}."
     moving = [
         variant
         for variant in comparison.changed_variants
@@ -126,7 +131,7 @@ def _summarise(register: Sequence[Entry], comparison: Comparison) -> str:
     incomplete = [name for name in tried if any(variant.others for variant in alternatives[name])]
     parts = [
         f"Of {len(register)} choices {len(tried)} were also made otherwise on Figure 5",
-        f"a claim is moved by {', '.join(moved)}" if moved else "none of them moves a claim",
+        f"a claim is moved by {', '.join(moved)}" if moved else "no claim that was judged is moved",
     ]
     if incomplete:
         parts.append(f"not every run has a result under other choices of {', '.join(incomplete)}")

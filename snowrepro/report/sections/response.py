@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 
 from ...evidence.calibration import HALF, Crossing, fit_rising_curve
 from ...evidence.claims import ARMS, JudgedScene, select_arm
-from ..drawing.common import SINTERED, UNSINTERED, save_figure
+from ...quantities import add_unit
+from ..drawing.common import SINTERED, UNSINTERED, choose_font, save_figure
 
 COLOURS = dict(zip(ARMS, (SINTERED, UNSINTERED), strict=True))
 LABELS = dict(zip(ARMS, ("with sintering", "without"), strict=True))
@@ -18,16 +19,22 @@ SEEDS = "seeds show numerical repeatability, not physical replication"
 
 
 def draw_response(
-    scenes: Sequence[JudgedScene], halves: dict[str, Crossing], path: Path, half_pressures: dict[str, str] | None = None
+    scenes: Sequence[JudgedScene],
+    halves: dict[str, Crossing],
+    path: Path,
+    unit: str,
+    half_pressures: dict[str, str] | None = None,
 ) -> None:
     """Draw a panel for each scene: a row for each shape, a column for each floor.
 
-    ``halves``: P50 by scene, to be marked; ``half_pressures``: the same in words, shown if there is only one scene.
+    ``halves``: P50 by scene, to be marked; ``unit``: of pressures; ``half_pressures``: P50 in
+    words, shown if there is only one scene.
     Of several scenes, each panel names the claims that its means disagree with.
     """
     shapes, floors = (list(dict.fromkeys(getattr(scene, part) for scene in scenes)) for part in ("shape", "floor"))
     is_alone = len(scenes) == 1
-    size = (6.4, 4.4) if is_alone else (1.75 * len(floors) + 0.8, 1.5 * len(shapes) + 1.1)
+    size = (5.2, 4.4) if is_alone else (1.75 * len(floors) + 0.8, 1.5 * len(shapes) + 1.1)
+    letters = choose_font(size[0], 10.0)
     figure = Figure(figsize=size, layout="constrained")
     grid = figure.subplots(len(shapes), len(floors), squeeze=False, sharex=True, sharey=True)
     pressures = sorted({p for scene in scenes if len(scene.table) for p in scene.table["pressure"] if p > 0})
@@ -39,27 +46,34 @@ def draw_response(
         half_pressure = half_pressures[scene.name] if is_alone and half_pressures else ""
         _draw_panel(ax, scene, halves.get(scene.name, Crossing()), half_pressure)
         if not is_alone:
-            ax.text(0.04, 0.94, list_disagreements(scene), transform=ax.transAxes, va="top", fontsize=7, color="0.3")
-        ax.set_title(scene.name, fontsize=10 if is_alone else 8)
+            ax.text(
+                0.04, 0.94, list_disagreements(scene), transform=ax.transAxes, va="top", fontsize=letters, color="0.3"
+            )
+        ax.set_title(scene.name, fontsize=letters)
         ax.set(xscale="log", ylim=(-0.04, 1.04))
         ax.margins(x=0.09)
         if len(pressures) <= 4:
             ax.set_xticks(pressures, [f"{pressure:g}" for pressure in pressures])
             ax.minorticks_off()
-        ax.tick_params(labelsize=9 if is_alone else 7)
-    figure.supxlabel(f"nominal pressure [unit of E]\n{SEEDS}", fontsize=9)
-    figure.supylabel("mass in lumps [1]", fontsize=9)
-    _add_legend(figure)
+        ax.tick_params(labelsize=letters)
+    figure.supxlabel(f"{add_unit('nominal pressure', unit)}\n{SEEDS}", fontsize=letters)
+    figure.supylabel("mass in lumps", fontsize=letters)
+    _add_legend(figure, letters)
     save_figure(figure, path)
 
 
-def _add_legend(figure: Figure) -> None:
-    """Add a legend of all labels in a figure, each once; none if there are no labels."""
+def _add_legend(figure: Figure, letters: float) -> None:
+    """Add a legend of all labels in a figure, each once; none if there are no labels.  ``letters``: their size."""
     labelled = [pair for ax in figure.axes for pair in zip(*ax.get_legend_handles_labels(), strict=True)]
     handles = {label: handle for handle, label in labelled}
     if handles:
         figure.legend(
-            handles.values(), handles, loc="outside upper center", ncols=len(handles), frameon=False, fontsize=8
+            handles.values(),
+            handles,
+            loc="outside upper center",
+            ncols=min(len(handles), int(figure.get_figwidth() / 2.2)),
+            frameon=False,
+            fontsize=letters,
         )
 
 

@@ -107,7 +107,7 @@ def _make_panels(count: int) -> tuple[Figure, list[Axes]]:
     for ax in axes[max(count - columns, 0) : count]:
         ax.set_xlabel("mass of a fragment, part of the body", fontsize=9)
         ax.tick_params(labelbottom=True)
-    figure.supylabel("mass in fragments at least as heavy", fontsize=10)
+    figure.supylabel("mass in fragments at least as heavy", fontsize=9)
     return figure, axes[:count]
 
 

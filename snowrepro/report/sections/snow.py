@@ -112,7 +112,7 @@ def _draw_row(row: _Row, axes: Sequence[Axes]) -> None:
     for ax, frame, where, colours, size in drawn:
         draw_snow(ax, run, where, size * unit, colours)
         text = f"frame {frame}" + (f", {frame * run.case.loading.frame_time:.1f} s" if size > 1 else "")
-        ax.text(0.5, 0.02, text, transform=ax.transAxes, ha="center", va="bottom", color="white", fontsize=8)
+        ax.text(0.02, 0.97, text, transform=ax.transAxes, va="top", color="white", fontsize=8)
 
 
 def choose_frames(case: Case) -> list[int]:

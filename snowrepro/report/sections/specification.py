@@ -12,6 +12,7 @@ from ...evidence import claims
 from ...evidence.calibration import HALF
 from ...evidence.gather import Evidence
 from ...evidence.sensitivity import CHOICES, measure_lump_curve, scan_definitions
+from ...quantities import add_unit
 from ...settings.question import Claim
 from ...store.run import Run
 from ...text import make_cells
@@ -182,6 +183,8 @@ def _list_exceptions(choices: pd.DataFrame, holds: pd.DataFrame, usual: int) -> 
     """List the single changes of the usual definition that lose a claim."""
     if usual < 0:
         return ["The definition used here is not among them."]
+    if not holds.iloc[usual].any():
+        return ["By the definition used here none of these claims holds: no change of it can lose one."]
     base = choices.iloc[usual]
     lines = []
     for row in range(len(choices)):
@@ -215,7 +218,7 @@ def draw_specifications(
     holds_all = holds.all(axis=1).to_numpy()[order]
     choices = choices.iloc[order]
     levels = [(name, value) for name in CHOICES for value in _list_levels(choices, name)]
-    figure = Figure(figsize=(9.5, 2.6 + 0.17 * len(levels)), layout="constrained")
+    figure = Figure(figsize=(9.2, 2.6 + 0.17 * len(levels)), layout="constrained")
     top, below = figure.subplots(2, 1, sharex=True, height_ratios=[2.2, 0.17 * len(levels)])
     places = np.arange(len(order))
     top.axhline(0, color="0.6", lw=0.8)
@@ -224,7 +227,7 @@ def draw_specifications(
     if usual >= 0:
         top.plot([rank], [effect[usual]], "D", color=USUAL, ms=6)
         below.axvline(rank, color=USUAL, lw=0.8)
-    top.set_ylabel("lumps, highest less\nlowest pressure [1]", fontsize=9)
+    top.set_ylabel("lumps, highest less\nlowest pressure", fontsize=9)
     top.set_title(f"all claims hold under {holds_all.sum()} of {len(holds_all)} definitions", fontsize=10, loc="left")
     _draw_choices(below, choices, levels, holds_all)
     below.set_xlabel("definitions, by rising effect", fontsize=9)
@@ -248,13 +251,13 @@ def _draw_choices(ax: Axes, choices: pd.DataFrame, levels: list[tuple], holds_al
         first = row == 0 or levels[row - 1][0] != name
         labels.append(f"{NAMES[name]}   {label}" if first else label)
     ax.set(yticks=range(len(levels)), ylim=(len(levels) - 0.3, -0.7))
-    ax.set_yticklabels(labels, fontsize=7)
+    ax.set_yticklabels(labels, fontsize=7.5)
     ax.tick_params(axis="y", length=0)
 
 
 def draw_strains(runs: Sequence[Run], evidence: Evidence) -> None:
     """Draw the mass in lumps over the break strain, from each run's tree."""
-    figure = Figure(figsize=(6.4, 3.6), layout="constrained")
+    figure = Figure(figsize=(5.2, 4.4), layout="constrained")
     ax = figure.subplots()
     colours = assign_colours(runs)
     curves, steps = {}, np.linspace(0, STRAINS_TO, 161)
@@ -267,12 +270,13 @@ def draw_strains(runs: Sequence[Run], evidence: Evidence) -> None:
         ax.step(strain, lumps, style, where="post", color=colours[run.case.pressure], lw=1.2, label=label)
     ax.axvline(runs[0].config.question.analysis.break_strain, color=USUAL, lw=0.8)
     ax.axhline(0.5, color="0.6", lw=0.8, ls=":")
-    ax.set(xlim=(0, STRAINS_TO), ylim=(-0.02, 1.02), xlabel="break strain [1]", ylabel="mass in lumps [1]")
+    ax.set(xlim=(0, STRAINS_TO), ylim=(-0.02, 1.02), xlabel="break strain", ylabel="mass in lumps")
     handles, labels = ax.get_legend_handles_labels()
     handle_of = dict(zip(labels, handles, strict=True))
     figure.legend(
-        handle_of.values(), handle_of.keys(), loc="outside right center", frameon=False, fontsize=8, title="pressure"
-    )
+        handle_of.values(), handle_of.keys(), loc="outside lower center", ncols=3, frameon=False, fontsize=8,
+        title=add_unit("pressure", evidence.pressure_unit), title_fontsize=8,
+    )  # fmt: skip
     save_figure(figure, evidence.folder / "strains.png")
     table = pd.DataFrame(curves, index=pd.Index(steps, name="break_strain"))
     make_cells(table).to_csv(evidence.folder / "strains.csv", float_format="%.4g", lineterminator="\n")

@@ -15,6 +15,7 @@ from matplotlib.colors import to_hex
 from ...evidence.claims import list_calibrated_claims
 from ...evidence.gather import describe_run
 from ...evidence.sensitivity import CORES, SIGNS
+from ...quantities import PRESSURE, format_powers, format_unit
 from ...scene.outline import polylines
 from ...settings.analysis import Analysis
 from ...settings.question import Claim
@@ -37,10 +38,15 @@ NAMES = {"density": "density", "J_P": "plastic volume ratio J_P"}
 
 @dataclass(frozen=True)
 class Viewer:
-    """``data``: JSON for an element <script type="application/json">; ``sentences``: what it contains."""
+    """What a page needs for the viewer.
+
+    ``data``: JSON for an element <script type="application/json">; ``sentences``: what it contains; ``unit``: of the
+    runs' pressures, for people.
+    """
 
     data: str
     sentences: tuple[str, ...]
+    unit: str
 
 
 def embed_runs(runs: Sequence[Run], budget: int) -> Viewer | None:
@@ -77,7 +83,8 @@ def _fit_into_budget(
         for thinning in THINNINGS:
             data = dump_safe_json(_make_content(embedded_runs[:count], runs, frames, settings, thinning))
             if len(data) <= budget:
-                return Viewer(data, describe_embedding(embedded_runs[:count], runs, frames, settings, thinning))
+                sentences = describe_embedding(embedded_runs[:count], runs, frames, settings, thinning)
+                return Viewer(data, sentences, format_powers(PRESSURE, [runs[0].case.reading.length_unit]))
     return None
 
 
@@ -256,7 +263,7 @@ def _find_span(values: Sequence[np.ndarray]) -> tuple[float, float]:
 
 def _make_field(name: str, span: tuple[float, float], unit: str) -> dict[str, Any]:
     """Make the description of a field."""
-    return {"key": name, "name": NAMES[name], "unit": unit, "low": span[0], "high": span[1]}
+    return {"key": name, "name": NAMES[name], "unit": format_unit(unit), "low": span[0], "high": span[1]}
 
 
 def _list_colours() -> dict[str, Any]:

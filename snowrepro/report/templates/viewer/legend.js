@@ -33,7 +33,7 @@ function showKinds({ lumps, powder, snow }) {
 function showScale(shades, { low, high, name, unit }, isField) {
   const words = [low, (low + high) / 2, high].map((value) => String(Number(value.toPrecision(3))));
   if (isField) [words[0], words[2]] = [`\u2264 ${words[0]}`, `\u2265 ${words[2]}`];
-  const title = makeElement("span", unit === "1" ? name : `${name} [${unit}]`);
+  const title = makeElement("span", unit ? `${name} [${unit}]` : name);
   $("legend").replaceChildren(title, makeScale(shades, words));
 }
 

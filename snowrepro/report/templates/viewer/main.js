@@ -72,6 +72,18 @@ function startViewer(data, runs) {
   change({});
 }
 
+/** All runs, one after the other, with a bar that shows how many are there. */
+async function unpackAll(data) {
+  const runs = [];
+  for (const run of data.runs) {
+    Object.assign($("unpacked"), { max: data.runs.length, value: runs.length });
+    $("unpacked-now").textContent = `${runs.length} of ${data.runs.length}`;
+    await new Promise((goOn) => setTimeout(goOn)); // the screen is painted in between
+    runs.push(await unpackRun(run, data));
+  }
+  return runs;
+}
+
 async function main() {
   const whole = document.getElementById("viewer");
   if (!whole) return;
@@ -81,8 +93,7 @@ async function main() {
     return;
   }
   const data = JSON.parse($("data").textContent);
-  const runs = [];
-  for (const run of data.runs) runs.push(await unpackRun(run, data));
+  const runs = await unpackAll(data);
   fillControls(data, runs);
   $("wait").hidden = true;
   $("body").hidden = false;

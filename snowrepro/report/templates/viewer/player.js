@@ -71,7 +71,6 @@ export class Player {
   advanceByFrames(passed) {
     this.stood += passed;
     if (this.stood < STILL_MS) return;
-    this.before = 0; // when the place was last moved on [ms]
     this.stood = 0;
     this.view.at = Math.floor(this.view.at) + 1;
   }

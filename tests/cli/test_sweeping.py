@@ -1,0 +1,71 @@
+"""Sweeps on the command line: what one of the user's own says at its end, and what is remembered of one refused."""
+
+import shlex
+
+import pytest
+
+from snowrepro.cli import sweeping
+from snowrepro.cli.sweeping import describe_sweep
+from snowrepro.composition.overrides import override_folder
+from snowrepro.errors import ConfigError
+from snowrepro.sweep import record
+from snowrepro.sweep.plan import make_plan
+
+
+@pytest.mark.parametrize(
+    ("overrides", "drawn"),
+    [
+        (
+            ["pressure=500,900", "sintering=paper,none", "seed=0,1"],
+            ["x=pressure", "y=lump_fraction", "colour=sintering"],
+        ),
+        (
+            ["sintering=paper,none", "reading.gravity=10,20"],
+            ["x=reading_gravity", "y=lump_fraction", "colour=sintering"],
+        ),
+        (["shape=ball,star", "seed=0,1"], ["x=shape", "y=lump_fraction"]),
+        (["seed=0,1"], ["x=seed", "y=lump_fraction"]),
+        (["seed=0"], ["x=pressure", "y=lump_fraction"]),
+        (["pressure=500,900", "indenter=disc"], ["x=pressure", "y=hardness"]),
+    ],
+)
+def test_the_next_command_draws_what_varies(overrides, drawn):
+    """A number along x, what else varies in colours, seeds as points."""
+    last = describe_sweep(make_plan(overrides, multirun=True))[-1]
+    assert shlex.split(last)[4:] == drawn
+
+
+def test_commands_hold_whatever_a_name_has(tmp_path):
+    """A store elsewhere is named too; the table only if it is there."""
+    store = override_folder("store", str(tmp_path / "it's here"))
+    lines = describe_sweep(make_plan(["pressure=range(500,700,100)", store], multirun=True))
+    name = "pressure=range_500,700,100_"
+    assert lines[0] == f"sweep: {name}"
+    assert [shlex.split(line)[1:4] + shlex.split(line)[-1:] for line in lines[1:]] == [
+        ["snowrepro", verb, name, store] for verb in ("report", "plot")
+    ]
+
+
+def test_a_refused_sweep_is_not_remembered(tmp_path, monkeypatch):
+    """Unless it was before; what else is remembered stays."""
+
+    def refuse(*_):
+        raise ConfigError("this launcher is not installed")
+
+    monkeypatch.setattr(sweeping, "launch", refuse)
+    store = override_folder("store", str(tmp_path))
+    known, new = (make_plan([f"pressure={values}", store], multirun=True) for values in ("1,2", "3,4"))
+    record.write_record(known)
+    for plan in (known, new):
+        with pytest.raises(ConfigError, match="not installed"):
+            sweeping.run_missing(plan)
+    assert record.list_sweeps(tmp_path) == ["pressure=1,2"]
+    assert [path.name for path in (tmp_path / "sweeps").iterdir()] == ["pressure=1,2"]
+
+
+def test_no_script_is_written_for_what_cannot_be_run(snowrepro, tmp_path):
+    """The floor is wider than its domain: plan says so, writes nothing, and remembers nothing."""
+    done = snowrepro("plan", "-m", "pressure=500,600", "floor.width=12", "--sbatch", "job.sh")
+    assert done.returncode == 2
+    assert "error: floor 'L' lies outside its domain" in done.stderr
+    assert not list(tmp_path.glob("**/sweep.json")) and not (tmp_path / "job.sh").exists()
