@@ -6,18 +6,30 @@ from typing import Any
 import pandas as pd
 
 from ..markup import make_paragraph, make_table
+from ..quantities import add_unit, format_unit
 
 MOST_ROWS = 10  # of fragments
 
 
 def describe_lumps(measures: Mapping[str, Any]) -> str:
-    """Return a sentence on lumps and powder, from the measures of a frame or the row of numbers of a run."""
-    lumps = int(measures["lumps"])
-    counted = "no lump" if not lumps else f"{lumps} lump{'s' * (lumps != 1)}"
-    parts = [f"{measures['lump_fraction']:.0%} of the mass in {counted}", f"{measures['powder_fraction']:.0%} powder"]
-    if measures["vanished"] > 0:
-        parts.append(f"{measures['vanished']:.0%} no longer there")
-    return ", ".join(parts).replace("%", " %") + "."
+    """Describe lumps and powder in a sentence, from the measures of a frame or the row of numbers of a run."""
+    lumps, powder = int(measures["lumps"]), format_share(measures["powder_fraction"])
+    if lumps == 0:
+        text = f"{powder} of the mass is powder, and no lump is left"
+    else:
+        where = "1 lump" if lumps == 1 else f"{lumps:,} lumps"
+        text = f"{format_share(measures['lump_fraction'])} of the mass is in {where}, {powder} is powder"
+    gone = f", {format_share(measures['vanished'])} is no longer there" if measures["vanished"] > 0 else ""
+    return f"{text}{gone}."
+
+
+def format_share(share: float) -> str:
+    """Format a part of the mass in per cent; what is not all and not nothing does not look so."""
+    if 0 < share < 0.005:
+        return "less than 1 %"
+    if 0.995 <= share < 1:
+        return "more than 99 %"
+    return f"{100 * share:.0f} %"
 
 
 def make_html(title: str, measures: Mapping[str, Any], fragments: pd.DataFrame, unit: str, notes: Sequence[str]) -> str:
@@ -28,9 +40,9 @@ def make_html(title: str, measures: Mapping[str, Any], fragments: pd.DataFrame, 
     """
     shown = fragments.sort_values("mass", ascending=False, kind="stable").head(MOST_ROWS)
     axes = [name.removeprefix("centre_") for name in shown.columns if name.startswith("centre_")]
-    length = f" [{'cells' if unit == 'cell' else unit}]" if unit else ""
+    length = format_unit(unit)
     header = ["fragment", "what it is", "mass [% of all]", "particles"]
-    header += [f"{what} {axis}{length}" for what in ("centre", "extent") for axis in axes]
+    header += [add_unit(f"{what} {axis}", length) for what in ("centre", "extent") for axis in axes]
     rest = len(fragments) - len(shown)
     return "".join(
         [

@@ -15,8 +15,9 @@ from ..report.film.panels import find_varied_keys, format_title
 from ..store.run import Run
 from ..sweep import record
 from ..text import quote
+from .named import find_sweep
 from .shown import Film
-from .states import is_run, read_run, require_colouring
+from .states import read_run, require_colouring
 
 WIDTH = 720  # pixels
 FORMATS = ("gif", "mp4")
@@ -37,7 +38,7 @@ def animate(
 ) -> Film:
     """Draw runs in motion, side by side if there are several; a notebook shows the film, ``save(path)`` writes it.
 
-    ``data``: a run (as ``simulate`` or ``open_run`` gives it, or its id or path), the name of a sweep of ``store``, or
+    ``data``: a run (as ``simulate`` or ``open_run`` gives it, or its id or path), a sweep of ``store``, or
     a list of these.  ``by``: what colours show: fragment, snow, density, J_P or damage.  ``speed``: 1 is as fast as the
     snow moved.  ``start``: the frame to begin with, by default late in the pressing.  ``width``: in pixels.
     ``format``: gif, or mp4, which is smaller and needs ffmpeg.  ``progress``: whether to show a bar.
@@ -61,8 +62,8 @@ def animate(
 
 
 def _find_runs(one: Shown, store: str | Path) -> list[AnimatedRun]:
-    """Find a run, or the runs of a sweep.  Raises StoreError where it is the name of neither."""
-    if isinstance(one, str) and not is_run(one, store):
-        return [animation.look_up_run(run) for run in record.plan_remembered(one, store).runs]
+    """Find a run, or the runs of a sweep.  Raises ConfigError where it is the name of neither."""
+    if sweep := find_sweep(one, store):
+        return [animation.look_up_run(run) for run in record.plan_remembered(sweep, store).runs]
     dataset = read_run(one, store)
     return [AnimatedRun(Run(config_of(dataset)), dataset)]

@@ -6,8 +6,9 @@ import xarray as xr
 
 from ..errors import ConfigError
 from ..report.drawing.plot import assign_roles, collect_remembered, describe_lacking, draw_columns
+from .named import find_sweep
 from .shown import Plot
-from .states import is_run, plot_state
+from .states import plot_state
 
 USUAL = "fragment"  # what colours of a run show
 
@@ -45,10 +46,3 @@ def plot(  # noqa: PLR0913 - what says how a sweep is drawn, and what says how a
     lacking = describe_lacking(sweep, roles)
     description = f"{roles.y} over {roles.x} of the sweep {sweep.name}"
     return Plot(draw_columns(sweep, roles), f"{description}, without {lacking}" if lacking else description)
-
-
-def find_sweep(data: xr.Dataset | str | Path, store: str | Path) -> str:
-    """Find the name of the sweep that is meant; empty where it is a run."""
-    if isinstance(data, xr.Dataset):
-        return str(data.attrs.get("sweep", ""))
-    return "" if isinstance(data, Path) or is_run(data, store) else data

@@ -10,7 +10,6 @@ import pandas as pd
 import xarray as xr
 
 from ..analysis.lumps import Classification
-from ..analysis.view import describe_lumps
 from ..composition.compose import config_of
 from ..errors import ConfigError
 from ..evidence.collect import NOT_IN_SWEEP, sweep_table
@@ -18,10 +17,12 @@ from ..markup import make_paragraph, make_table
 from ..report.film.panels import format_title
 from ..store import states
 from ..store.run import Run
+from ..summary.outcome import describe_outcome
 from ..summary.row import ALL_COLUMNS, summarise
-from ..text import make_printable, quote
+from ..text import make_printable
+from .named import find_sweep
 from .shown import View
-from .states import is_run, plot_state, read_run
+from .states import plot_state, read_run
 
 WIDTH = 4.5  # of a picture [inches]
 MOST_ROWS = 60  # of a sweep
@@ -53,13 +54,10 @@ def show(data: xr.Dataset | pd.DataFrame | Classification | str | Path, *, store
         return _show_sweep("Sweep", data, _find_coordinates(data))
     if isinstance(data, xr.Dataset):
         return _show_grid(data) if {"state", "run_id"} <= {*data.variables} else _show_run(data)
-    if isinstance(data, Path) or is_run(data, store):
+    if not (name := find_sweep(data, store)):
         return _show_run(read_run(data, store))
-    try:
-        table = sweep_table(str(data), store)
-    except ConfigError as error:
-        raise ConfigError(f"there is no run {quote(data)} in the store {quote(store)}, and {error}") from error
-    return _show_sweep(f"Sweep {data}", table, _find_coordinates(table))
+    table = sweep_table(name, store)
+    return _show_sweep(f"Sweep {name}", table, _find_coordinates(table))
 
 
 def _show_run(dataset: xr.Dataset) -> View:
@@ -68,7 +66,7 @@ def _show_run(dataset: xr.Dataset) -> View:
     row = summarise(dataset)
     title = f"Run of snowrepro: {format_title([run], [])}"
     unit = run.case.reading.length_unit
-    sentence = describe_row(row, unit)
+    sentence = describe_outcome(row, unit)
     known = [name for name in NUMBERS if name in row and _format(row[name])]
     numbers = [_describe_number(name, row[name], unit) for name in known]
     about = f"{run.id}; seed {run.case.seed}, fidelity {run.case.fidelity.name}, {dataset.sizes['frame'] - 1} frames"
@@ -84,19 +82,10 @@ def _show_run(dataset: xr.Dataset) -> View:
     return View("".join(html), "\n".join(map(make_printable, lines)))
 
 
-def describe_row(row: Mapping[str, Any], length_unit: str) -> str:
-    """Return a sentence on what came out of a run, from its row of numbers."""
-    if "hardness" in row:
-        return f"A hardness test: the hardness is {_describe_number('hardness', row['hardness'], length_unit)[1]}."
-    settled = "" if row["settled"] else " It is still breaking at the last frame."
-    return f"{describe_lumps(row)}{settled}"
-
-
 def _describe_number(name: str, value: Any, length_unit: str) -> tuple[str, str]:
     """Return what a number is, and its value with the unit."""
     column = ALL_COLUMNS[name]
-    unit = column.attrs(length_unit).get("units", "1")
-    return column.long_name.removesuffix(YES_OR_NO), f"{_format(value)}{'' if unit == '1' else f' {unit}'}"
+    return column.long_name.removesuffix(YES_OR_NO), f"{_format(value)} {column.format_unit([length_unit])}".rstrip()
 
 
 def _format(value: Any) -> str:

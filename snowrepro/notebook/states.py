@@ -7,12 +7,12 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from ..composition.compose import config_of
-from ..errors import ConfigError, StoreError
+from ..errors import ConfigError
 from ..report.drawing.colouring import COLOURINGS, convert_to_colours, make_scale
 from ..report.drawing.common import draw_background, draw_snow, get_panel_size, own_style
 from ..report.film.panels import format_title
 from ..store import cf
-from ..store.run import Run, find_result, open_run
+from ..store.run import Run, open_run
 from ..text import quote
 from .shown import Plot
 
@@ -46,15 +46,6 @@ def require_colouring(by: str) -> None:
 def read_run(data: xr.Dataset | str | Path, store: str | Path) -> xr.Dataset:
     """Return a run as ``simulate`` gave it, opened where its id or path is given.  Raises StoreError."""
     return cf.run_as_read(data) if isinstance(data, xr.Dataset) else open_run(data, store)
-
-
-def is_run(name: str | Path, store: str | Path) -> bool:
-    """Whether a name is the id or the path of a run that has a result."""
-    try:
-        find_result(name, store)
-    except StoreError:
-        return False
-    return True
 
 
 @own_style()

@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from ..analysis.view import describe_lumps
 from .row import ALL_COLUMNS
 
 
@@ -23,15 +24,8 @@ def list_units(row: Mapping[str, Any], length_unit: str) -> dict[str, str]:
 
 def _describe_fall(row: Mapping[str, Any]) -> str:
     """Describe lumps and powder at the end of a fall."""
-    lumps, powder = row["lumps"], _format_share(row["powder_fraction"])
-    if lumps == 0:
-        text = f"{powder} of the mass is powder, and no lump is left"
-    else:
-        where = "1 lump" if lumps == 1 else f"{lumps:,} lumps"
-        text = f"{_format_share(row['lump_fraction'])} of the mass is in {where}, {powder} is powder"
-    gone = f", {_format_share(row['vanished'])} is no longer there" if row["vanished"] > 0 else ""
     unsettled = "" if row["settled"] else " Bonds still break at the end: the snow has not settled."
-    return f"{text}{gone}.{unsettled}"
+    return f"{describe_lumps(row)}{unsettled}"
 
 
 def _describe_test(row: Mapping[str, Any], length_unit: str) -> str:
@@ -42,12 +36,3 @@ def _describe_test(row: Mapping[str, Any], length_unit: str) -> str:
         return f"The indenter ({row['indenter']}), {depth} in the snow, met no resistance that could be measured."
     digits = 0 if hardness >= 100 else 2 - math.floor(math.log10(hardness))
     return f"The snow has a hardness of {hardness:,.{digits}f} {unit}, measured by a {row['indenter']} {depth}."
-
-
-def _format_share(share: float) -> str:
-    """Format a part of the mass in per cent; what is not all and not nothing does not look so."""
-    if 0 < share < 0.005:
-        return "less than 1 %"
-    if 0.995 <= share < 1:
-        return "more than 99 %"
-    return f"{100 * share:.0f} %"

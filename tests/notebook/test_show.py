@@ -46,9 +46,9 @@ def test_a_run_in_memory(small_run, small_config):
     view, row = api.show(small_run), api.summarise(small_run)
     text = str(view)
     assert "ball on L, pressure 3000, sintering" in text
-    assert f"{row['lump_fraction']:.0%} of the mass in {row['lumps']} lump".replace("%", " %") in text
+    assert f"{row['lump_fraction']:.0%} of the mass is in {row['lumps']} lump".replace("%", " %") in text
     assert f"part of the mass in lumps: {row['lump_fraction']:.4g}" in text
-    assert re.search(r"largest speed of a particle while falling: [\d.]+ cell", text)
+    assert re.search(r"largest speed of a particle while falling: [\d.]+ cells/s", text)
     assert Run(small_config).id in text
     html = view._repr_html_()
     assert all(line.strip().partition(":")[0] in html for line in text.splitlines()[:2])
@@ -59,7 +59,7 @@ def test_a_run_in_memory(small_run, small_config):
 def test_a_hardness_test(indented_run):
     """It has no lumps to speak of; its hardness is there."""
     text, row = str(api.show(indented_run)), api.summarise(indented_run)
-    assert f"A hardness test: the hardness is {row['hardness']:,.0f} kg cell-1 s-2." in text
+    assert f"The snow has a hardness of {row['hardness']:,.0f} kg cell⁻¹ s⁻²" in text
     assert "lumps" not in text and "nan" not in text
 
 
@@ -110,7 +110,7 @@ def test_particles_of_another_code_in_3d(tmp_path):
     places[2, :16] = np.nan
     found = api.classify(places, release=0, mass=1.0)
     html = found._repr_html_()
-    assert "25 % no longer there" in html
+    assert "25 % is no longer there" in html
     assert html.count("Assumed: ") == len(found.assumed) > 0
     assert "centre z" in html
 
