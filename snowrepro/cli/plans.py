@@ -23,7 +23,8 @@ def plan_sweep(words: Sequence[str], multirun: bool) -> Plan:
     """The plan of a sweep that is named, or described by overrides.  Raises ConfigError if it would have no runs."""
     store, others = split_store(words)
     if others and (is_name(others[0]) or others[0] in record.list_sweeps(store)):
-        return record.plan_remembered(others[0], store, others[1:])
+        seeds, more = split_seeds(others[1:])
+        return record.plan_remembered(others[0], store, more if seeds is None else with_seeds(more, seeds))
     plan = plan_overrides(words, multirun)
     if plan.experiment and not needs_runs(plan.runs):
         raise ConfigError(f"experiment '{plan.experiment.name}' has no runs")

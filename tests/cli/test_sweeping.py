@@ -5,6 +5,7 @@ import shlex
 import pytest
 
 from snowrepro.cli import sweeping
+from snowrepro.cli.plans import plan_sweep
 from snowrepro.cli.sweeping import describe_sweep
 from snowrepro.composition.overrides import override_folder
 from snowrepro.errors import ConfigError
@@ -69,3 +70,13 @@ def test_no_script_is_written_for_what_cannot_be_run(snowrepro, tmp_path):
     assert done.returncode == 2
     assert "error: floor 'L' lies outside its domain" in done.stderr
     assert not list(tmp_path.glob("**/sweep.json")) and not (tmp_path / "job.sh").exists()
+
+
+def test_a_named_sweep_takes_other_seeds(tmp_path):
+    """In place of those that it is remembered with."""
+    store = override_folder("store", str(tmp_path))
+    record.write_record(make_plan(["experiment=fig5", "pressure=500", "seed=0,1", store], multirun=True))
+    plan = plan_sweep(["fig5,pressure=500,seed=0,1", "seeds=3", store], multirun=False)
+    assert sorted({run.case.seed for run in plan.runs}) == [0, 1, 2]
+    assert record.name_sweep(plan.overrides) == "fig5,pressure=500,seed=0,1,2"
+    assert len(plan_sweep(["fig5", store], multirun=False).runs) == 4
