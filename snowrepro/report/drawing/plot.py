@@ -144,11 +144,18 @@ def _averages_seeds(roles: Roles) -> bool:
     return "seed" not in (roles.x, roles.colour, roles.panel)
 
 
+def _count_averaged(sweep: CollectedSweep, roles: Roles) -> int:
+    """Count the seeds that means are over."""
+    return len(sweep.table["seed"].unique()) if _averages_seeds(roles) else 1
+
+
 def choose_mark(sweep: CollectedSweep, roles: Roles) -> str:
     """Choose how means over seeds are drawn: as a line over numbers that were set, a dash at each name, or not."""
     if roles.x not in sweep.dims or (roles.colour and roles.colour not in sweep.dims):
         return ""
-    return "-" if is_number(sweep, roles.x) else "_"
+    if is_number(sweep, roles.x):
+        return "-"
+    return "_" if _count_averaged(sweep, roles) > 1 else ""
 
 
 def draw_points(ax: Axes, points: pd.DataFrame, colours: Mapping[Hashable, Any], mark: str) -> None:
@@ -227,8 +234,8 @@ def _spread(ordered: Sequence[float]) -> np.ndarray:
 def describe_points(sweep: CollectedSweep, roles: Roles) -> str:
     """Say what points and lines are, and which runs are not among them, in a few words below a picture."""
     drawn_as = {"-": "lines", "_": "dashes", "": ""}[choose_mark(sweep, roles)]
-    seeds = len(sweep.table["seed"].unique())
-    means = f"{drawn_as}: means over {seeds} seeds" if drawn_as and seeds > 1 and _averages_seeds(roles) else ""
+    seeds = _count_averaged(sweep, roles)
+    means = f"{drawn_as}: means over {seeds} seeds" if drawn_as and seeds > 1 else ""
     return "; ".join(filter(None, ["points: runs", means, describe_lacking(sweep, roles)]))
 
 
@@ -277,14 +284,15 @@ def _require_drawable(sweep: CollectedSweep, roles: Roles, points: pd.DataFrame)
 
 def _make_grid(count: int, shared: bool) -> tuple[Figure, list[Axes]]:
     """Make a figure with ``count`` panels.  ``shared``: whether all have the same axes."""
-    most = COLUMNS if shared else 2
-    columns = min(count, most)
+    columns = min(count, COLUMNS if shared and count != 4 else 2)
     rows = -(-count // columns)
     size = (6.4, 4.6) if count == 1 else (2.9 * columns + 0.8 if shared else 3.5 * columns, 2.7 * rows + 1.0)
     figure = Figure(figsize=size, layout="constrained")
     grid = list(figure.subplots(rows, columns, squeeze=False, sharex=shared, sharey=shared).flat)
     for ax in grid[count:]:
         ax.set_visible(False)
+    for ax in grid[max(count - columns, 0) : count]:  # with nothing below
+        ax.tick_params(labelbottom=True)
     return figure, grid[:count]
 
 

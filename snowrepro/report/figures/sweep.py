@@ -94,7 +94,7 @@ def _tabulate_numbers(sweep: CollectedSweep) -> list[Block]:
     rows = []
     for _, cell in sweep.table.groupby(settings, sort=False):
         done = int((cell["state"] == states.DONE).sum())
-        row = {sweep.key_of(name): escape(format_value(cell[name].iloc[0])) for name in settings}
+        row = {escape(sweep.key_of(name)): escape(format_value(cell[name].iloc[0])) for name in settings}
         numbers = {escape(label_column(sweep, name)): _format_spread(cell[name]) for name in measures}
         rows.append({**row, **numbers, "runs with a result": f"{done} of {len(cell)}"})
     seeds = len(sweep.table["seed"].unique())
