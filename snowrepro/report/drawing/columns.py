@@ -1,6 +1,5 @@
 """The columns of a sweep's table as pictures show them: their names and values, and which to draw if none is named."""
 
-import re
 from collections.abc import Sequence
 from difflib import get_close_matches
 
@@ -10,6 +9,7 @@ from pandas.api.types import is_numeric_dtype
 
 from ...errors import ConfigError
 from ...evidence.collect import CollectedSweep
+from ...quantities import add_unit, format_unit
 from ...summary.columns import CASE_COLUMNS
 from ...text import make_printable, quote
 
@@ -27,7 +27,6 @@ SHORT = {
 }
 FALL_MEASURES = ("lump_fraction", "largest_fragment", "broken_bonds", "density_at_release")
 TEST_MEASURES = ("hardness", "indentation_work")
-SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def list_columns(sweep: CollectedSweep) -> list[str]:
@@ -70,13 +69,7 @@ def label_column(sweep: CollectedSweep, name: str) -> str:
     if name in sweep.further:
         return sweep.further[name]
     about = {**CASE_COLUMNS, **sweep.columns}[name].attrs(sweep.length_unit)
-    unit = format_unit(about.get("units", "1"))
-    return f"{SHORT.get(name, about['long_name'])}{f' [{unit}]' if unit else ''}"
-
-
-def format_unit(unit: str) -> str:
-    """Write a unit such as "kg cell-1 s-2" with raised exponents; empty for "1"."""
-    return re.sub(r"(?<=[a-z])-?\d+", lambda power: power[0].translate(SUPERSCRIPTS), unit) if unit != "1" else ""
+    return add_unit(SHORT.get(name, about["long_name"]), format_unit(about.get("units", "1")))
 
 
 def format_value(value: object) -> str:
