@@ -5,7 +5,7 @@ import argparse
 from ...errors import ConfigError, ExitCode
 from ...evidence import gather
 from ...report.figures import kinds
-from ...report.page.folder import find_report_folder
+from ...report.page import folder
 from ...report.sections import claims
 from ...sweep import plan as sweep_plan
 from .. import candidates, reporting, screen, sweeping
@@ -49,7 +49,7 @@ def execute(options: argparse.Namespace) -> ExitCode:
     sweeping.run_missing(plan)
     sweeping.write_table(plan)
     if options.no_report:
-        evidence = gather.gather_evidence(plan.runs, find_report_folder(plan.runs[0], plan.overrides))
+        evidence = gather.gather_evidence(plan.runs, folder.find_report_folder(plan.runs[0], plan.overrides))
         screen.show(*claims.format_for_screen(evidence))
     else:
         reporting.print_claims(plan)
