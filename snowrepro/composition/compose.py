@@ -33,6 +33,8 @@ def compose(overrides: Sequence[str] = ()) -> Config:
     ``overrides`` are Hydra's, for example ``["shape=ball", "pressure=500", "sintering=none"]``.
     Raises ConfigError with the reason, and the right names where a name was wrong.
     """
+    if isinstance(overrides, str) or not all(isinstance(word, str) for word in overrides):
+        raise ConfigError("overrides should be a list of texts, such as ['pressure=500', 'sintering=none']")
     return validate(compose_raw(overrides))
 
 

@@ -113,10 +113,11 @@ def _no_such_key(key: str) -> str:
     """Say that a key does not exist, which is near to it, also in other sections, and which there are."""
     fields = {name: field for part in PARTS.values() for name, field in part.model_fields.items()}
     *parents, last = key.split(".")
-    for parent in parents:
+    place = "".join(f"{parent}." for parent in parents)  # the group in front, as it is to be written
+    for number, parent in enumerate(parents):
         inner = _section(fields[parent].annotation) if parent in fields else None
         if inner is None:
-            last = parent
+            last, place = parent, "".join(f"{known}." for known in parents[:number])
             break
         fields = inner.model_fields
     names = sorted({*fields, *(DRAWING if "points" in fields else ())})
@@ -124,6 +125,7 @@ def _no_such_key(key: str) -> str:
         return f"'{key}' is not set by the options chosen; to set it, write +{key}=..."
     word = key.rpartition(".")[2]
     whole = difflib.get_close_matches(key, _list_keys(), n=1, cutoff=LEAST_LIKE) if last != word else []
-    near = whole or _find_same(word) or difflib.get_close_matches(last, names, n=1) or _find_close(word)
+    inside = [f"{place}{name}" for name in difflib.get_close_matches(last, names, n=1)]
+    near = whole or _find_same(word) or inside or _find_close(word)
     hint = f"; did you mean {' or '.join(repr(name) for name in near[:MOST_NAMED])}?" if near else "."
     return f"there is no setting '{key}'{hint} There are: {', '.join(names)}"

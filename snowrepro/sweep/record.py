@@ -174,8 +174,10 @@ def _list_of_experiment(experiment: str, more: Sequence[str], names: Sequence[st
     records, wanted = [], [f"experiment={experiment}", *_list_named(more)]
     for name in names:
         if name.startswith(f"{experiment},"):
-            with suppress(StoreError):  # it is said where the sweep is asked for by its whole name
+            try:
                 records.append(read_record(name, store))
+            except StoreError as error:
+                log.warning("a sweep of '%s' cannot be read and is left out: %s", experiment, error)
     fitting = [each for each in records if wanted[0] in each.overrides]
     if wanted[1:]:
         fitting = [each for each in fitting if _are_same(each.overrides, wanted)]

@@ -172,7 +172,7 @@ def test_frames_follow_from_the_way():
         (["indenter.depth=9"], r"depth \(9\) must not exceed the disc's radius \(8\)"),
         (["indenter.speed=1e-5"], r"makes a test of .* frames; at most 100,000 are allowed"),
         (["indenter.speed=0"], "indenter.speed: should be greater than 0"),
-        (["indenter.dept=3"], "there is no setting 'indenter.dept'; did you mean 'depth'"),
+        (["indenter.dept=3"], "there is no setting 'indenter.dept'; did you mean 'indenter.depth'"),
         (["indenter.radius=40", "indenter.depth=30"], r"indenter.depth \(30 cells\) is more than shape 'ball' has"),
         (
             ["indenter.radius=3", "indenter.depth=2", "fidelity=preview"],

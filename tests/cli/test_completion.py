@@ -69,7 +69,7 @@ def complete(line: str) -> list[str]:
     ("line", "words"),
     [
         ("snowrepro re", ["retry", "report", "redo"]),
-        ("snowrepro run --", ["--help", "--multirun", "--part", "--store", "--reports"]),
+        ("snowrepro run --", ["--help", "--multirun", "--part", "--no-report", "--store", "--reports"]),
         ("snowrepro run sha", ["shape="]),
         ("snowrepro run see", ["seed=", "seeds="]),
         ("snowrepro run shape=", ["shape=ball", "shape=rectangle", "shape=star", "shape=triangle"]),

@@ -14,6 +14,7 @@ from snowrepro.evidence.hardness import pair_falls_with_tests
 from snowrepro.report.document import Table
 from snowrepro.report.drawing.common import DPI, LEAST_LETTERS, LUMPS, PAGE, POWDER, colour_fragments
 from snowrepro.report.figures import convergence, grid
+from snowrepro.report.page.lead import list_changed_settings
 from snowrepro.run import simulate
 from snowrepro.settings.case import ARMS
 from snowrepro.settings.question import Experiment
@@ -294,3 +295,16 @@ def test_no_result_at_all_is_a_report_too(tmp_path, experiment):
     assert f"0 of {len(plan.runs)} runs are done" in page
     assert page.count("**missing** (pending)") == len(plan.runs)
     assert "REPRODUCED**" not in page and "CONTRADICTED**" not in page
+
+
+@pytest.mark.parametrize(
+    ("command", "settings"),
+    [
+        ("snowrepro run experiment=fig5 seed=0,1 fidelity=preview", []),
+        ("snowrepro run experiment=fig5 sintering.C4=0.002 'material.E=1e5'", ["sintering.C4=0.002", "material.E=1e5"]),
+        ("snowrepro run -m pressure=340,3300", []),
+    ],
+)
+def test_what_was_changed_of_an_experiment(command, settings):
+    """Seeds and fidelity change no setting of it, and a sweep without an experiment has none to change."""
+    assert list_changed_settings(command) == settings

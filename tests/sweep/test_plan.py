@@ -42,7 +42,7 @@ def test_an_experiment_names_its_runs_and_the_command_line_wins():
         (["frames=9"], "there is no setting 'frames'; did you mean 'loading.frames' or 'experiment.frames'?"),
         (["sinterring.C4=1"], "there is no setting 'sinterring.C4'; did you mean 'sintering.C4'?"),
         (["shape.outlin.width=3"], "there is no setting 'shape.outlin.width'; did you mean 'shape.outline'?"),
-        (["reading.gravty=5"], "there is no setting 'reading.gravty'; did you mean 'gravity'"),
+        (["reading.gravty=5"], "there is no setting 'reading.gravty'; did you mean 'reading.gravity'?"),
         (["pressure=-1"], "pressure: should be greater than or equal to 0 .got -1"),
         (["reading.poisson_cap=0.5"], "reading.poisson_cap: should be less than 0.5"),
         (["pressure=many"], "pressure: should be a valid number"),

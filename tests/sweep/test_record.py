@@ -95,13 +95,14 @@ def test_a_name_that_fits_nothing_is_told_what_is_near(store):
         record.require_sweep("fig6", store, ["reading=si"])
 
 
-def test_a_record_that_cannot_be_read_is_no_sweep_of_an_experiment(tmp_path):
-    """The others still are."""
+def test_a_record_that_cannot_be_read_is_no_sweep_of_an_experiment(tmp_path, caplog):
+    """The others still are, and it is said that one is left out."""
     ask(tmp_path, *FIG5)
     broken = record.locate_sweep("fig5,seed=7", tmp_path)
     broken.mkdir()
     (broken / record.RECORD).write_text("{")
     assert record.find_sweep("fig5", tmp_path) == "fig5,fidelity=preview"
+    assert "a sweep of 'fig5' cannot be read and is left out" in caplog.text and "seed=7" in caplog.text
 
 
 def test_further_overrides_take_the_places_of_those_of_their_key():

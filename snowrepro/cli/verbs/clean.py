@@ -46,7 +46,8 @@ def execute(options: argparse.Namespace) -> ExitCode:
     chosen = {leftover.path: leftover for kind in options.kinds or ["scraps"] for leftover in by_kind[kind]}
     size = _sum_megabytes([*chosen.values()])
     if not chosen:
-        screen.say("nothing to remove")
+        others = [kind for kind, removable in by_kind.items() if removable and not options.kinds]
+        screen.say(f"nothing to remove; by name: snowrepro clean {' '.join(others)}" if others else "nothing to remove")
     elif not (options.yes or _confirm(f"remove {len(chosen)} of these, {size}?")):
         screen.say("nothing was removed")
     else:

@@ -12,7 +12,7 @@ from ...store import files
 from ...sweep import plan as sweep_plan
 from ...sweep import record
 from .. import candidates, screen
-from ..arguments import EXITS, add_store, complete_by
+from ..arguments import EXITS, add_folders, complete_by
 
 ROLES = candidates.ROLES
 HELP = f"""\
@@ -47,12 +47,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", type=Path, metavar="FILE", help=".png, .svg or .pdf (default: a .png in the folder of the report)"
     )
-    add_store(parser)
+    add_folders(parser, writes_reports=True)
 
 
 def execute(options: argparse.Namespace) -> ExitCode:
     """Draw two columns of a sweep, say which runs are not in the picture, and print its path."""
-    store, words = sweep_plan.split_store(options.overrides, options.store)
+    store, words = sweep_plan.split_store(options.overrides)
     if options.out:
         plot.read_format(options.out)
     places = [word for word in words if word.startswith("reports=")]

@@ -56,7 +56,10 @@ def execute(options: argparse.Namespace) -> ExitCode:
     names_experiment = any(word.startswith("experiment=") for word in words)
     if name == PAPER or not (name or names_experiment):
         if any(word.startswith(("seeds=", "seed=")) for word in words):
-            raise ConfigError("the report on the paper shows every seed that was asked for: leave out the seeds")
+            raise ConfigError(
+                "without a name this is the report on the paper, which shows every seed that was asked for: leave out "
+                "the seeds; for that of a sweep give its name, which 'snowrepro status' lists"
+            )
         words.append(overrides.override_folder("store", store))
         reporting.print_paper_report(words, store)
         return ExitCode.FINE

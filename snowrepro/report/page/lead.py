@@ -1,5 +1,6 @@
 """The top of a report: which runs there are, the verdict on each claim, and the reproduced figure."""
 
+import shlex
 from collections.abc import Sequence
 
 from ...evidence.claims import NOT_RUN, Count, JudgedScene, Verdict, format_interval, list_calibrated_claims
@@ -27,6 +28,11 @@ def make_lead(
     chosen = next(section for section in sections if section.anchor == anchor)
     picture = next((block for block in chosen.blocks if isinstance(block, Picture)), None)
     blocks: list[Block] = [describe_runs(evidences)]
+    if changed := list_changed_settings(chosen.command):
+        blocks.append(
+            f"**Changed** of the experiment's own settings: {', '.join(map(format_code, changed))}. What is said to be "
+            "calibrated, or printed in the paper, is so without these changes."
+        )
     if len(sections) > 1:
         blocks.append(format_list(describe_scope(evidences, not_run)))
     if judged:
@@ -36,6 +42,17 @@ def make_lead(
     first = Section("summary", "Summary", blocks, command=chosen.command, runs=chosen.runs)
     others = [_take_picture_out(section, picture) if section is chosen else section for section in sections]
     return first, others
+
+
+def list_changed_settings(command: str) -> list[str]:
+    """List the overrides by which the command of an experiment changes what its file says; none of seed and fidelity.
+
+    Empty for a command without an experiment: that has no file.
+    """
+    words = [word for word in shlex.split(command)[2:] if not word.startswith("-")]
+    if not any(word.startswith("experiment=") for word in words):
+        return []
+    return [word for word in words if not word.startswith(("experiment=", "seed=", "fidelity="))]
 
 
 def describe_scope(evidences: Sequence[Evidence], not_run: Sequence[str]) -> list[str]:
