@@ -73,6 +73,7 @@ def test_a_sweep_is_opened_and_classified(python):
     assert done.stdout.split() == ["4", "True", "True"], done.stderr
 
 
+@pytest.mark.nightly
 def test_report_status_and_classify_work(python, store):
     status = python("-m", "snowrepro", "status")
     assert status.returncode == 0 and "mine: 4 done" in status.stdout, status.stderr

@@ -224,7 +224,7 @@ def no_more_than_4_kb() -> None:
     resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
 
 
-@pytest.mark.parametrize("name", ["full.mp4", "full.gif"])
+@pytest.mark.parametrize("name", [pytest.param("full.mp4", marks=pytest.mark.nightly), "full.gif"])
 def test_a_full_disk(snowrepro, stored, name):
     """It is said, and nothing is left behind."""
     full = snowrepro("animate", str(stored), "--out", name, preexec_fn=no_more_than_4_kb)

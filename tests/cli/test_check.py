@@ -72,6 +72,7 @@ def test_fine(snowrepro, tmp_path):
     assert ET.parse(tmp_path / "my_reports/check/check.xml").getroot().findall(".//testcase")
 
 
+@pytest.mark.nightly
 def test_an_unknown_platform_falls_to_tier_2_and_says_so(snowrepro, references):
     path = references / baseline.PRINTS
     path.write_text(path.read_text().replace('"Linux ', '"Plan9 ').replace('"Darwin ', '"Plan9 '))
@@ -151,6 +152,7 @@ def test_interrupted(tmp_path):
     assert not said["finished"] and len(said["findings"]) >= 1
 
 
+@pytest.mark.nightly
 def test_blessing_is_refused(clone):
     """Without a reason, without a clone, from a tree that git does not know; and nothing is written."""
     ways = [([], "a reason of at least"), (["--reason", "because"], "a reason of at least")]

@@ -45,6 +45,7 @@ def test_a_screen_of_no_width(snowrepro, columns):
     assert done.stderr == "error: there is no shape 'nope'; there are: ball, rectangle, star, triangle\n"
 
 
+@pytest.mark.nightly
 def test_settings_for_other_figures_change_none_of_ours(snowrepro, tmp_path):
     """A backend for notebooks, and a user's style."""
     assert snowrepro("run", "experiment=fig2", "fidelity=preview", "reports=plain").returncode == 0
@@ -83,6 +84,7 @@ def test_taichis_own_settings_move_no_run(snowrepro, tmp_path):
     assert f"computed on {written['device']}\n" in snowrepro("explain", written["run_id"]).stdout
 
 
+@pytest.mark.nightly
 def test_a_sweep_with_a_long_path_for_temporary_files(snowrepro, tmp_path):
     """Longer than a socket's path can be; and a range that Hydra itself does not know, which it has to launch."""
     long = tmp_path / ("long" * 30)
@@ -93,6 +95,7 @@ def test_a_sweep_with_a_long_path_for_temporary_files(snowrepro, tmp_path):
     assert list(long.iterdir()) == []
 
 
+@pytest.mark.nightly
 def test_what_a_killed_sweep_left_goes_at_the_next_start(snowrepro, tmp_path):
     """Its folder for short-lived files; that of a sweep that goes on stays."""
     scratch = Path(tempfile.mkdtemp(prefix="s", dir="/tmp"))  # a long path would be passed over
@@ -118,6 +121,7 @@ def test_what_a_killed_sweep_left_goes_at_the_next_start(snowrepro, tmp_path):
     scratch.rmdir()
 
 
+@pytest.mark.nightly
 def test_the_store_has_one_name_in_every_verb(snowrepro, tmp_path):
     """Whether or not its name has letters that mean something to Hydra, in quotes or not."""
     name = "my (first) runs = [1]"

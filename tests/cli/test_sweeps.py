@@ -150,6 +150,7 @@ def test_workers_end_with_their_launcher(tmp_path):
     assert all(re.fullmatch(r"stopped in frame \d+", one["message"]) for one in said)
 
 
+@pytest.mark.nightly
 def test_two_sweeps_at_once_share_the_work(tmp_path):
     """Each run is done by one of them, once."""
     both = [start(tmp_path, "run", *FOUR) for _ in range(2)]
@@ -221,6 +222,7 @@ def small_disk(folder: Path, size: str) -> Iterator[None]:
         subprocess.run(["umount", "-l", str(folder)], check=True)
 
 
+@pytest.mark.nightly
 def test_a_full_disk_fails_the_run_and_room_mends_it(tmp_path, snowrepro):
     """One message that says so and how much is free, no half result; with room again the run is made."""
     one = ["pressure=500", *SMALL]

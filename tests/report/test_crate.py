@@ -37,7 +37,7 @@ def sweep(small_run, tmp_path_factory) -> tuple[Path, str]:
     failing.save_config()
     failing.save_outcome("failed", FAILED, final=True)
     name = record.name_sweep(plan.overrides)
-    report = folder / "reports" / name
+    report = folder / "my_reports" / name
     report.mkdir(parents=True)
     (report / "index.html").write_text("<p>verdicts")
     (report / "half.png.12.part").touch()

@@ -40,6 +40,7 @@ def swept(stored):
     return results_of(stored.parents[1], *SMALL, "pressure=4000,3000", "sintering=paper,none")
 
 
+@pytest.mark.nightly
 def test_files_conform(stored, swept, tmp_path):
     """A fresh run and a fresh sweep have no flaw that an outside checker knows; a file broken on purpose has."""
     broken = shutil.copy(stored, tmp_path / "broken.nc")

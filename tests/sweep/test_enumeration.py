@@ -115,7 +115,7 @@ def require_equal_if_few(overrides: list[str]) -> None:
     require_equal(overrides)
 
 
-@pytest.mark.parametrize("examples", [4, pytest.param(60, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("examples", [2, pytest.param(60, marks=pytest.mark.nightly)])
 def test_enumerating_is_composing(examples):
     """Whatever the axes, and whatever is wrong with them."""
     sweeps = st.lists(st.sampled_from(AXES), min_size=2, max_size=4)
@@ -162,6 +162,7 @@ def test_an_option_may_reach_beyond_its_section(own):
         assert make_plan(["floor=square,L", f"fidelity=paper,{option}"], True).runs[3].case.floor.drop_x == place
 
 
+@pytest.mark.nightly
 def test_interpolations_are_followed(own, composed):
     """To a value that varies, to an option, and where only one of the options has one."""
     own("shape/echo.yaml", "name: echo\noutline: {kind: circle, radius: '${pressure}'}\n")
