@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TypeVar
 
-from ..report.figures.kinds import find_figure, require_drawable
+from ..report.figures.kinds import find_figure, needs_runs, require_drawable
 from ..report.page import paper
 from ..report.page.folder import find_report_folder
 from ..report.page.page import ExperimentReport, draw_experiment, write_experiment_page
@@ -27,7 +27,9 @@ def print_report(overrides: Sequence[str], store: str) -> None:
     def draw() -> tuple[list[str], list[Path]]:
         """Draw the report; returns what to print, and the folder."""
         part, page = leave_out_broken(lambda: write_report(plan))
-        return [f"verdict: {part.content.verdict}", f"report: {page}"], [page.parent]
+        count = len(part.evidence.missing) if needs_runs(plan.runs) else 0
+        missing = [f"missing: {count} of {len(plan.runs)} runs have no result"] if count else []
+        return [f"verdict: {part.content.verdict}", *missing, f"report: {page}"], [page.parent]
 
     print_drawn(find_report_folder(plan.runs[0], plan.overrides), [plan.runs], plan.overrides, draw)
 
