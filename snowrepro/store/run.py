@@ -412,7 +412,11 @@ def _list_results(store: Path) -> list[str]:
 
 def _require_as_written(path: Path) -> None:
     """Check that a result is what a manifest beside it says, if there is one.  Raises Unreadable."""
-    promised = manifest.read(path.parent).get("files", {}).get(path.name)
+    content = manifest.read(path.parent)
+    place = path.parent / manifest.MANIFEST
+    if path.name == RESULT and os.path.lexists(place) and not manifest.is_intact(content):
+        raise Unreadable(place, "is not as it was written, so the result beside it is not used: see snowrepro explain")
+    promised = content.get("files", {}).get(path.name)
     if promised and (path.lstat().st_size != promised["bytes"] or sha256(path) != promised["sha256"]):
         raise Unreadable(path, "cannot be read: it is not as it was written, its checksum differs")
 

@@ -243,3 +243,16 @@ def test_a_result_whose_replacement_is_gone_stays(small_run, small_config, tmp_p
     with pytest.raises(StoreError, match="cannot write"):
         run.save(small_run, wall_seconds=2.0)
     assert run.is_done() and run.result.read_bytes() == before
+
+
+@pytest.mark.parametrize("damage", ["a number", "cut"])
+def test_a_result_beside_a_damaged_manifest_is_not_opened(small_run, small_config, tmp_path, damage):
+    """Nobody knows any more what the result should be."""
+    run = Run(changed(small_config, store=str(tmp_path)))
+    run.save(small_run, wall_seconds=1.0)
+    path = run.folder / "manifest.json"
+    text = path.read_text()
+    path.write_text(text.replace('"wall_seconds": 1.0', '"wall_seconds": 2.0') if damage == "a number" else text[:200])
+    assert path.read_text() != text
+    with pytest.raises(StoreError, match=r"manifest\.json is not as it was written"):
+        open_run(run.id, tmp_path)
