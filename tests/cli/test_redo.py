@@ -188,6 +188,7 @@ def test_what_cannot_be_redone_is_refused(redo, made, tmp_path):
     assert sorted(tmp_path.rglob("*")) == before
 
 
+@pytest.mark.nightly
 def test_a_run_that_now_diverges(snowrepro, made, tmp_path):
     """Exit code 3 with the reason, and no verdict."""
     folder = made()

@@ -105,6 +105,7 @@ def test_a_sweep_whose_launcher_is_killed_twenty_times(tmp_path):
     assert not list(killed.glob("runs/.work/*"))
 
 
+@pytest.mark.nightly
 def test_a_killed_worker_costs_one_retry(tmp_path):
     """The run goes on in another process, and the sweep ends well."""
     process = start(tmp_path, "run", *FOUR, "hydra.launcher.workers=2")
@@ -349,6 +350,7 @@ def test_plan_tells_reasons_and_runs_nothing(tmp_path, snowrepro):
     assert "to run" not in snowrepro("plan", *sweep, "rerun=[code]").stdout
 
 
+@pytest.mark.nightly
 def test_a_changed_configuration_is_told(tmp_path, snowrepro):
     """The same sweep, whose option's file was edited since."""
     option = tmp_path / "conf" / "floor" / "low.yaml"

@@ -93,6 +93,7 @@ def test_the_screen_is_readable(judged):
     assert lines[-1].startswith("P50, the pressure at which half")
 
 
+@pytest.mark.nightly
 def test_same_store_same_bytes(judged):
     """Whether runs were there already or not."""
     first, record = judged("experiment=fig5")

@@ -46,6 +46,7 @@ def test_what_changes_comes_first(compared):
     assert set(table["pressure"].head(3)) == {340}
 
 
+@pytest.mark.nightly
 def test_the_same_is_said_to_be_the_same(compared):
     """No verdict changes, no number differs."""
     page, table = compared(paper_like)

@@ -40,6 +40,7 @@ def test_exceptions_are_single_changes():
     assert told[1].splitlines() == ["- break strain 0.5: C2", "- grid: C1"]
 
 
+@pytest.mark.nightly
 def test_the_scan_in_the_report(small_run, tmp_path):
     """The same result at two pressures and in both arms: nothing grows under any definition, and all is written."""
     of_all = [*SMALL, f"store={tmp_path}/runs", f"reports={tmp_path}/reports", "experiment=fig5"]

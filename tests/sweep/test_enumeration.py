@@ -149,6 +149,7 @@ def test_what_could_go_wrong(overrides):
     require_equal(overrides)
 
 
+@pytest.mark.nightly
 def test_an_option_may_reach_beyond_its_section(own):
     """By being written for the whole config, or by choosing another option."""
     own(
@@ -187,6 +188,7 @@ def test_interpolations_need_not_say_what_they_follow(own):
     OmegaConf.clear_resolver("ramp")
 
 
+@pytest.mark.nightly
 def test_a_choice_may_follow_from_two_others(own):
     """By an interpolation in a defaults list, which shows for one pair of options only."""
     own("shape/chooser.yaml", "defaults:\n  - ball\n  - optional /pair: ${fidelity}_${solver}\n")

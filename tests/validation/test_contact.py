@@ -42,7 +42,7 @@ def speed_in_bowl(radius: float, spline: str) -> tuple[float, float]:
     return float(np.hypot(*motion.mean("velocity"))), float(np.sqrt(2 * GRAVITY * fallen))
 
 
-@pytest.mark.parametrize("spline", ["quadratic", "cubic"])
+@pytest.mark.parametrize("spline", [pytest.param("quadratic", marks=pytest.mark.nightly), "cubic"])
 def test_point_mass_in_a_frictionless_bowl(spline, compare):
     """v = sqrt(2 g h) within 0.5 % where the radius is 160 grid spacings; the loss halves or so with the spacing."""
     speed, theory = speed_in_bowl(160, spline)

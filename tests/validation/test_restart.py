@@ -115,7 +115,7 @@ def test_a_run_that_went_on_says_when_it_first_began(tmp_path):
     assert said["wall_seconds"] > 1000
 
 
-@pytest.mark.parametrize("checkpoint_seconds", [0, 1000])
+@pytest.mark.parametrize("checkpoint_seconds", [0, pytest.param(1000, marks=pytest.mark.nightly)])
 def test_a_diverged_run_leaves_its_last_good_state(tmp_path, checkpoint_seconds):
     """The state before the frame that failed, whether or not a checkpoint was kept just then."""
     run = Run(compose([*SMALL, "pressure=1e6", f"store={tmp_path}", f"checkpoint_seconds={checkpoint_seconds}"]))
