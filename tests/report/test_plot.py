@@ -41,7 +41,8 @@ def points_of(ax) -> np.ndarray:
 
 def test_seeds_are_points_and_their_means_lines(swept):
     """A line for each gravity and sintering, through means over seeds; runs without a result are said."""
-    figure = plot.plot(swept[0], x="pressure", y="lump_fraction", colour="sintering", store=swept[1])
+    collected = plot.collect_remembered(swept[0], swept[1])
+    figure = plot.draw_columns(collected, plot.assign_roles(collected, "pressure", "lump_fraction", "sintering"))
     (ax,) = figure.axes
     assert len(points_of(ax)) == 14  # of 16
     assert len(ax.lines) == 4

@@ -52,20 +52,6 @@ class Roles:
     log: str = ""
 
 
-def plot(
-    sweep: str, x: str = "", y: str = "", colour: str = "", panel: str = "", log: str = "", store: str | Path = "runs"
-) -> Figure:
-    """Draw two columns of a remembered sweep: a point for each run, and a line through the means over seeds.
-
-    ``sweep``: its name; ``x``, ``y``, ``colour``, ``panel``: columns of ``sweep_table``, or settings as in overrides;
-    by default the lumps (in hardness tests the hardness) over what varies.  Each value of ``colour`` has a colour, each
-    of ``panel`` a panel.  ``log``: "x", "y" or "xy".  Lines are drawn over settings, not over what was measured.
-    Returns the figure, which no window shows.  Raises ConfigError with the right names where one is wrong.
-    """
-    collected = collect_remembered(sweep, store)
-    return draw_columns(collected, assign_roles(collected, x, y, colour, panel, log))
-
-
 def collect_remembered(name: str, store: str | Path, more: Sequence[str] = ()) -> CollectedSweep:
     """Collect the table of a remembered sweep.  ``more``: further overrides.  Raises ConfigError."""
     return collect_sweep(record.plan_remembered(name, store, more))

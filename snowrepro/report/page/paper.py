@@ -62,16 +62,16 @@ def plan_paper(overrides: Sequence[str], store: str) -> PlannedPaper:
 
 
 @own_style()
-def write_paper(paper: PlannedPaper, tell: Callable[[str], None] = lambda line: None) -> list[Path]:
+def write_paper(paper: PlannedPaper, show_step: Callable[[str], None] = lambda line: None) -> list[Path]:
     """Write the report on the paper from the store alone; returns its page, and those of the experiments drawn for it.
 
-    ``tell`` is given a line on each experiment before it is drawn.  Raises StoreError.
+    ``show_step`` is given a line on each experiment before it is drawn.  Raises StoreError.
     """
     contents: list[ExperimentReport | Section] = []
     for number, each in enumerate(paper.experiments, 1):
-        tell(f"drawing {each.title} ({number} of {len(paper.experiments)})")
+        show_step(f"drawing {each.title} ({number} of {len(paper.experiments)})")
         contents.append(draw_experiment(each.plan) if each.is_drawn else _make_placeholder(each.plan))
-    tell("writing the pages")
+    show_step("writing the pages")
     register = choices.make_section(paper.overrides, paper.store)
     drawn = [content for content in contents if isinstance(content, ExperimentReport)]
     pages = [

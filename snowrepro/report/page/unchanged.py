@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from ...composition.experiments import OWN_DIR, OWN_EXPERIMENTS
 from ...foreign import Unreadable, is_own_folder, is_plain_file, list_own
 from ...sources import PACKAGE
 from ...store import files, lease, provenance
@@ -14,7 +15,6 @@ from ...store.run import ANALYSIS, SUMMARY, SWEEPS, WORK, Run
 from ...sweep import record
 
 STAMP = ".drawn.json"  # in the report's folder
-OWN_OPTIONS = (Path("conf"), Path("experiments"))  # of the working directory
 WRITTEN_BY_READING = {ANALYSIS, SUMMARY}  # beside a result, by whoever reads it first
 
 
@@ -52,7 +52,7 @@ def digest_inputs(plans: Iterable[Sequence[Run]], overrides: Sequence[str], stor
     every run, what was asked of it, and what the store holds.
     """
     digest = hashlib.sha256()
-    for place in (PACKAGE, *OWN_OPTIONS):
+    for place in (PACKAGE, OWN_DIR, OWN_EXPERIMENTS):
         for path in sorted(place.rglob("*")):
             if is_plain_file(path) and "__pycache__" not in path.parts:
                 digest.update(f"{path.relative_to(place).as_posix()} {_digest_file(path)}\n".encode())
