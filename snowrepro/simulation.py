@@ -8,6 +8,8 @@ import numpy as np
 import xarray as xr
 
 from . import units
+from .analysis.clusters import Clusters, group_particles, locate_clusters, make_clusters
+from .analysis.track import FRAMES, MEMBER, POSITION
 from .mpm import diagnostics, ledger, solver
 from .mpm.state import PARTICLE_STATE
 from .scene.build import build_scene
@@ -16,7 +18,11 @@ from .settings.case import MODEL_VERSION, Case
 
 @dataclass
 class Record:
-    """What a run has given so far: ``rows`` of diagnostics by frame, the states that are stored, and constants."""
+    """What a run has given so far.
+
+    ``rows`` of diagnostics by frame, the states that are stored, where the ``clusters`` of the particles at release
+    are in each frame since then (``track``), and constants.
+    """
 
     rows: list[dict[str, float]] = field(default_factory=list)
     numbers: list[int] = field(default_factory=list)  # of the stored frames
@@ -24,6 +30,8 @@ class Record:
         default_factory=lambda: {q.name: [] for q in PARTICLE_STATE if q.stored}
     )
     constants: dict[str, np.ndarray] = field(default_factory=dict)  # as they were at the start
+    clusters: Clusters | None = None
+    track: list[np.ndarray] = field(default_factory=list)
 
     def add(self, frame: solver.Frame, case: Case) -> None:
         """Measure a frame, and keep its particles if they are to be stored."""
@@ -34,6 +42,14 @@ class Record:
             self.numbers.append(frame.number)
             for name, values in self.stored.items():
                 values.append(frame.read(name).astype(np.float32))
+        if frame.number >= case.loading.press_frames:
+            self._follow(frame.read("position").astype(np.float32), case)
+
+    def _follow(self, positions: np.ndarray, case: Case) -> None:
+        """Find the clusters in a frame since the release; in that of the release the particles are grouped."""
+        if self.clusters is None:
+            self.clusters = group_particles(positions, self.constants["mass"], _cluster_width(case))
+        self.track.append(locate_clusters(self.clusters, positions).astype(np.float32))
 
 
 @dataclass(frozen=True)
@@ -61,7 +77,7 @@ def simulate_case(
     """
     scene = build_scene(case)
     total = case.frames
-    record = _unpack(resume) if resume else Record()
+    record = _unpack(resume, case) if resume else Record()
     for frame in solver.frames(case, scene, resume, threads):
         record.add(frame, case)
         if on_frame:
@@ -74,10 +90,11 @@ def _pack(record: Record, frame: solver.Frame) -> dict[str, np.ndarray]:
     rows = {f"row {name}": np.array([row[name] for row in record.rows]) for name in record.rows[0]}
     stored = {f"stored {name}": np.stack(values) for name, values in record.stored.items()}
     constants = {f"constant {name}": values for name, values in record.constants.items()}
-    return {**frame.checkpoint(), **rows, **stored, **constants, "stored frames": np.array(record.numbers)}
+    track = {MEMBER: record.clusters.member, POSITION: np.stack(record.track)} if record.clusters else {}
+    return {**frame.checkpoint(), **rows, **stored, **constants, **track, "stored frames": np.array(record.numbers)}
 
 
-def _unpack(saved: Mapping[str, np.ndarray]) -> Record:
+def _unpack(saved: Mapping[str, np.ndarray], case: Case) -> Record:
     """The record that ``_pack`` saved."""
 
     def part(kind: str) -> dict[str, np.ndarray]:
@@ -87,7 +104,17 @@ def _unpack(saved: Mapping[str, np.ndarray]) -> Record:
     rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
     numbers = saved["stored frames"].tolist()
     stored = {name: list(values) for name, values in part("stored ").items() if name != "frames"}
-    return Record(rows, numbers, stored, part("constant "))
+    record = Record(rows, numbers, stored, part("constant "))
+    if MEMBER in saved:
+        released = stored["position"][numbers.index(case.loading.press_frames)]
+        record.clusters = make_clusters(saved[MEMBER], released, record.constants["mass"], _cluster_width(case))
+        record.track = list(saved[POSITION])
+    return record
+
+
+def _cluster_width(case: Case) -> float:
+    """The width of a cluster in length units."""
+    return case.output.cluster_size * case.reading.cell
 
 
 def _describe(case: Case, record: Record) -> xr.Dataset:
@@ -113,6 +140,13 @@ def _describe(case: Case, record: Record) -> xr.Dataset:
         variables[name] = (dims, np.stack(states), attrs(quantity.long_name, quantity.unit))
     for name, values in record.constants.items():
         variables[name] = (("particle",), values, attrs(table[name].long_name, table[name].unit))
+    if record.clusters:
+        numbers_tracked = case.loading.press_frames + np.arange(len(record.track), dtype=np.int32)
+        coords[FRAMES] = (FRAMES, numbers_tracked, attrs("frame number in which the clusters were followed", "1"))
+        member = record.clusters.member.astype(np.int32)
+        variables[MEMBER] = (("particle",), member, attrs("cluster of each particle since release", "1"))
+        about = attrs("centre of mass of each cluster", "L")
+        variables[POSITION] = ((FRAMES, "cluster_number", "axis"), np.stack(record.track), about)
     for name, (long_name, powers) in ledger.meaning(case).items():
         values = np.array([row[name] for row in rows])
         variables[name] = (("frame",), values, attrs(long_name, powers))
@@ -123,10 +157,11 @@ def _describe(case: Case, record: Record) -> xr.Dataset:
         "model_version": MODEL_VERSION,
         "release_frame": case.loading.press_frames,
         "grid_spacing": case.dx,
+        "cell": case.reading.cell,
         "cell_mass": case.material.rho * case.reading.cell**2,
         "length_unit": case.reading.length_unit,
         "comment": "Lengths are in the unit 'length_unit'; grid_spacing is one cell of this run's grid; "
-        "cell_mass the mass of unpressed snow in one cell of the paper's grid.",
+        "cell one of the paper's; cell_mass the mass of unpressed snow in one of these.",
     }
     if case.indenter:
         dataset.attrs["title"] += ", indented at release"

@@ -41,7 +41,7 @@ def measure_work(depth: np.ndarray, force: np.ndarray) -> float:
 def measure_impact(heights: np.ndarray, speeds: np.ndarray) -> dict[str, float]:
     """How flat a fall makes a body, and how it rebounds.
 
-    ``heights`` (t,): of the body in each stored state since the release; ``speeds`` (frames,): of its centre of mass,
+    ``heights`` (frames,): of the body in each frame since the release; ``speeds`` (frames,): of its centre of mass,
     upward, since the release.  Returns ``flattening_most`` and ``flattening_end``, height lost since the release, as
     part of it; and ``rebound``, largest speed upward over speed of the impact, NaN for what never fell.
     """
@@ -54,13 +54,10 @@ def measure_impact(heights: np.ndarray, speeds: np.ndarray) -> dict[str, float]:
     }
 
 
-def measure_heights(places: np.ndarray, mass: np.ndarray) -> np.ndarray:
-    """Height (t,) of the middle nine tenths of the mass in each state.
-
-    ``places`` (t, n): of the particles along the upward axis; ``mass`` (n,).
-    """
+def measure_height(places: np.ndarray, mass: np.ndarray) -> float:
+    """Height of the middle nine tenths of the mass; ``places``: of the particles along the upward axis; both (n,)."""
     low, high = BODY
-    return np.array([find_quantile(row, mass, high) - find_quantile(row, mass, low) for row in places])
+    return find_quantile(places, mass, high) - find_quantile(places, mass, low)
 
 
 def find_quantile(values: np.ndarray, mass: np.ndarray, part: float) -> float:

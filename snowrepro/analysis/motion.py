@@ -15,6 +15,7 @@ from ..text import quote, quote_all
 from .clock import SECOND, read_clock
 from .identity import Identity, read_identity
 from .layout import AXES, Layout, Names, find_ids, find_layout, find_places, find_velocities
+from .track import Track, has_track, read_track
 from .values import NOTHING, find_variable, read_number, read_numbers, read_unit, require_plausible_size
 
 NEIGHBOURS = 12  # by whose distance the particles' spacing is found
@@ -34,6 +35,7 @@ class Motion:
     it is not known; ``position`` (t, n, 2 or 3), along ``axes``; ``velocity``: reads those of the state at an index
     (n, 2 or 3), where the data has them; ``mass`` (n,); ``grid_spacing``: in the unit of the positions; ``cell_mass``:
     of unpressed snow in a cell of the paper's grid; ``vanished`` (t, n): whether a particle is no longer there.
+    ``cell``: a cell of the paper's grid in the unit of the positions; ``track``: clusters that the run followed.
     ``unit``: of the positions, empty where it is not known.  ``assumed``: what had to be assumed because the data does
     not say it, in words.  ``particle_id`` (n,): the data's own names of the particles, where it has them.
     """
@@ -45,12 +47,14 @@ class Motion:
     mass: np.ndarray
     grid_spacing: float
     cell_mass: float
+    cell: float
     vanished: np.ndarray
     unit: str = ""
     assumed: list[str] = field(default_factory=list)
     axes: tuple[str, ...] = AXES
     particle_id: np.ndarray | None = None
     time_unit: str = SECOND
+    track: Track | None = None
 
     @property
     def release(self) -> int:
@@ -97,15 +101,16 @@ def read_motion(
     release: int | None = None,
     grid_spacing: float | None = None,
     cell_mass: float | None = None,
+    cell: float | None = None,
 ) -> Motion:
     """Read the motion of particles from a Dataset or an array, and check it.
 
     A Dataset has ``position`` (time, particle, axis), or ``x``, ``y`` and maybe ``z`` (time, particle), the dimensions
     in any order: see ``find_layout``; where it has them too: ``velocity``, ``mass`` (particle,), ``id`` (particle,) or
     (time, particle), times, a coordinate along time whose whole numbers are frame numbers, and the attributes
-    ``release_frame``, ``grid_spacing`` and ``cell_mass``.  ``names``: where these have other names.  An array has shape
-    (time, particle, axis).  The arguments win over the data.  A particle whose place is NaN from some state to the last
-    has vanished.  Raises DataError with what is missing or wrong.
+    ``release_frame``, ``grid_spacing``, ``cell`` and ``cell_mass``.  ``names``: where these have other names.  An array
+    has shape (time, particle, axis).  The arguments win over the data.  A particle whose place is NaN from some state
+    to the last has vanished.  Raises DataError with what is missing or wrong.
     """
     dataset = data if isinstance(data, xr.Dataset) else _wrap_array(data)
     places = find_places(dataset, names)
@@ -123,6 +128,7 @@ def read_motion(
     values = values if len(axes) == values.shape[2] else values[:, :, axes]
     masses = _read_masses(_find_mass(dataset, mass, names, layout, identity, start), values.shape[1], assumed)
     spacing = _read_spacing(dataset, grid_spacing, values[0], assumed)
+    width = _read_cell(dataset, cell, spacing, assumed)
     _require_moderate(values, spacing)
     return Motion(
         clock.frames[start:],
@@ -132,12 +138,14 @@ def read_motion(
         masses,
         spacing,
         _read_cell_mass(dataset, cell_mass, masses, values.shape[2], assumed),
+        width,
         vanished,
         _read_length_unit(places),
         assumed,
         tuple(AXES[axis] for axis in axes),
         identity.ids,
         clock.unit,
+        read_track(dataset, int(clock.frames[start]), len(masses)) if has_track(dataset) else None,
     )
 
 
@@ -357,6 +365,21 @@ def _read_spacing(dataset: xr.Dataset, spacing_given: float | None, places: np.n
     number = read_number(wanted, "grid_spacing", "give it with --grid-spacing, in the unit of the positions")
     if not (np.isfinite(number) and number > 0):
         raise DataError(f"grid_spacing must be positive, not {number:g}")
+    return number
+
+
+def _read_cell(dataset: xr.Dataset, cell: float | None, spacing: float, assumed: list[str]) -> float:
+    """Read the width of a cell of the paper's grid: given, in the data, or assumed to be that of a grid cell.
+
+    Raises DataError where it is not positive.
+    """
+    wanted = cell if cell is not None else dataset.attrs.get("cell")
+    if wanted is None:
+        assumed.append(f"a cell, over which strain is measured: {spacing:.4g}, a grid cell")
+        return spacing
+    number = read_number(wanted, "cell", "give it with --cell, in the unit of the positions")
+    if not (np.isfinite(number) and number > 0):
+        raise DataError(f"cell must be positive, not {number:g}")
     return number
 
 

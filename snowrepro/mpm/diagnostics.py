@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ..analysis.hardness import measure_height
 from ..settings.case import Case
 from .ledger import CAUSES, ENERGIES, WORKS, meaning
 from .solver import Frame
@@ -46,6 +47,7 @@ def _describe_end(frame: Frame, case: Case) -> dict[str, float]:
         "mean_young": float(frame.read("young").mean()),
         "mean_hardening": float(xi.mean()),
         "mean_factor": float(np.exp(np.log(frame.read("factor")).mean())),
+        "body_height": measure_height(position[:, 1], mass),
         "centre_height": float((mass * position[:, 1]).sum() / mass.sum()),
         "poisson_capped": int((poisson >= reading.poisson_cap).sum()),
         "density_capped": int((density >= case.sintering.rho_max).sum()),

@@ -156,6 +156,7 @@ MEANING = {
     "mean_hardening": ("mean hardening coefficient xi", "1"),
     "mean_factor": ("geometric mean of the hardening factor of Eq. 1", "1"),
     "centre_height": ("height of the centre of mass", "L"),
+    "body_height": ("height of the middle nine tenths of the mass", "L"),
     "poisson_capped": ("particles at the cap of Poisson's ratio", "1"),
     "density_capped": ("particles at the maximum density", "1"),
     "hardening_capped": ("particles at the highest exponent of Eq. 1", "1"),

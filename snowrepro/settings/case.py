@@ -10,7 +10,7 @@ from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, mod
 
 from .base import Name, Settings
 
-MODEL_VERSION = 3  # goes up when the same case gives another result, or a result that holds more
+MODEL_VERSION = 4  # goes up when the same case gives another result, or a result that holds more
 ARMS = ("sintered", "unsintered")
 Point = tuple[float, float]
 Corner = Annotated[tuple[float, ...], Field(min_length=2, max_length=3)]
@@ -237,6 +237,9 @@ class Output(Settings):
     """What is kept of a run."""
 
     every: int = Field(gt=0, description="frames between stored particle states [1]")
+    cluster_size: float = Field(
+        gt=0.1, le=100, description="width of the clusters that are followed in every frame since release [cells]"
+    )
 
 
 class Case(Settings):

@@ -37,7 +37,7 @@ BAD_ARCHIVE = (EOFError, zipfile.BadZipFile, zlib.error, MemoryError, SyntaxErro
 def write_result(path: Path, dataset: xr.Dataset) -> None:
     """Write a run's Dataset, by the CF conventions, and have it on the disk."""
     written = cf.run_as_file(dataset, f"{dataset.attrs['created']} simulated by snowrepro")
-    encoding = {name: PACKED for name in written.variables if {"snapshot", "particle"} <= {*written[name].dims}}
+    encoding = {name: PACKED for name in written.variables if written[name].ndim > 1}
     write_netcdf(written, path, encoding)
     flush(path)
 

@@ -8,7 +8,7 @@ from snowrepro.analysis.hardness import (
     find_quantile,
     measure_chord,
     measure_hardness,
-    measure_heights,
+    measure_height,
     measure_impact,
     measure_work,
 )
@@ -38,7 +38,8 @@ def columns_of_snow(heights: list[float]) -> np.ndarray:
 
 def fall(heights: list[float], speeds: list[float]) -> dict[str, float]:
     """What a column of such heights and speeds upward since its release comes to."""
-    return measure_impact(measure_heights(columns_of_snow(heights), np.ones(501)), np.array(speeds))
+    measured = np.array([measure_height(column, np.ones(501)) for column in columns_of_snow(heights)])
+    return measure_impact(measured, np.array(speeds))
 
 
 def test_flattening_and_rebound_by_hand():
@@ -58,7 +59,7 @@ def test_what_stays_down_does_not_rebound():
 def test_a_grain_that_flies_changes_no_height():
     places = columns_of_snow([10, 10])
     places[1, 7] = 500.0
-    heights = measure_heights(places, np.ones(501))
+    heights = [measure_height(column, np.ones(501)) for column in places]
     assert heights[1] == pytest.approx(heights[0], rel=0.01)
 
 

@@ -1,0 +1,53 @@
+"""The strain gauge on a body of snow: its clusters, followed frame by frame, and what became of its particles."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ..settings.analysis import Analysis
+from .motion import Motion
+from .states import Bodies, attach_particles, divide_mass, join_clusters
+from .strain import Maps, Partings, find_maps, find_neighbours
+from .track import follow_clusters, make_motion_clusters
+
+
+class Gauge:
+    """The clusters of a motion, and which of them have come apart up to the frame that was followed last."""
+
+    def __init__(self, motion: Motion, analysis: Analysis) -> None:
+        self.motion, self.analysis = motion, analysis
+        self.start = motion.position[0].astype(float)
+        self.clusters = make_motion_clusters(self.start, motion.mass, motion.cell, motion.track)
+        self.neighbours = find_neighbours(self.clusters, analysis.strain_radius * motion.cell)
+        self.partings = Partings(self.neighbours, analysis.part_stretch)
+
+    @property
+    def frames(self) -> np.ndarray:
+        """The frames that can be followed: all since the release where the run did, else those that are stored."""
+        return self.motion.frames if self.motion.track is None else self.motion.track.frames
+
+    def follow(self, last: int) -> Iterator[tuple[int, np.ndarray]]:
+        """Give each frame from the release to ``last``, and the places of the clusters (k, d) in it."""
+        motion = self.motion
+        for frame, centre in follow_clusters(self.clusters, motion.frames, motion.position, motion.track):
+            if frame > last:
+                return
+            self.partings.extend(centre)
+            yield frame, centre
+
+    def judge_clusters(self, centre: np.ndarray) -> tuple[Bodies, Maps]:
+        """Find what became of each cluster, at ``centre`` (k, d) now, and the maps of their neighbourhoods."""
+        maps = find_maps(self.neighbours, self.partings.is_joined, centre)
+        reach = self.analysis.join_reach * self.motion.cell
+        return join_clusters(self.neighbours, self.partings, maps, reach, self.analysis), maps
+
+    def judge_particles(self, centre: np.ndarray, index: int) -> Bodies:
+        """Find what became of each particle in the stored state at ``index``, where the clusters are at ``centre``."""
+        bodies, maps = self.judge_clusters(centre)
+        now, stray = self.motion.position[index].astype(float), self.analysis.stray * self.motion.cell
+        return attach_particles(self.clusters, bodies, maps, centre, self.start, now, stray)
+
+    def divide_clusters(self, centre: np.ndarray) -> np.ndarray:
+        """Divide the mass of each cluster (k, d) into lump, crushed and loose, as parts of the body's mass, (k, 3)."""
+        bodies, mass = self.judge_clusters(centre)[0], self.clusters.mass
+        return mass[:, None] * divide_mass(bodies, mass, self.motion.least_lump(self.analysis)) / mass.sum()
