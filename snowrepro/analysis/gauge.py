@@ -26,6 +26,11 @@ class Gauge:
         """The frames that can be followed: all since the release where the run did, else those that are stored."""
         return self.motion.frames if self.motion.track is None else self.motion.track.frames
 
+    @property
+    def joined_part(self) -> float:
+        """Which part of the pairs of neighbours still hold together."""
+        return float(self.partings.is_joined.mean()) if len(self.partings.is_joined) else 1.0
+
     def follow(self, last: int) -> Iterator[tuple[int, np.ndarray]]:
         """Give each frame from the release to ``last``, and the places of the clusters (k, d) in it."""
         motion = self.motion

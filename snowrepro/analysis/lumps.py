@@ -24,7 +24,8 @@ class Classification:
 
     ``fragments``: in the chosen frames, rising; the measures below are of the last of them; ``broken``: part of the
     bonds that broke by every stored frame, with columns both, stretch and crush; ``state``: what the last chosen frame
-    was judged by; ``changed``: part of the mass that changed its state in the frames before it (``settled_frames``).
+    was judged by; ``changed``: part of the mass that changed its state in the frames before it (``settled_frames``), or
+    of the neighbours that parted then, whichever is more.
     """
 
     motion: Motion
@@ -51,7 +52,7 @@ class Classification:
 
     @property
     def settled(self) -> bool:
-        """Whether hardly any snow becomes crushed or loose any more: see ``settled_change`` of the analysis."""
+        """Whether hardly any snow comes apart or is crushed any more: see ``settled_change`` of the analysis."""
         return self.changed < self.analysis.settled_change
 
     def measures(self) -> dict[str, Any]:
@@ -139,10 +140,10 @@ def classify_motion(
         raise DataError("no frame was asked for")
     extremes, gauge = Extremes(_lay_bonds(motion, analysis, follows_bonds)), Gauge(motion, analysis)
     compared = (find_frame_before(gauge.frames, wanted[-1] - analysis.settled_frames), wanted[-1])
-    stored, broken, fragments, shares = set(motion.frames.tolist()), {}, [], {}
+    stored, broken, fragments, shares, joined = set(motion.frames.tolist()), {}, [], {}, {}
     for frame, centre in gauge.follow(wanted[-1]):
         if frame in compared:
-            shares[frame] = gauge.divide_clusters(centre)
+            shares[frame], joined[frame] = gauge.divide_clusters(centre), gauge.joined_part
         if frame in stored:
             index = motion.index(frame)
             extremes.extend(motion.position[index])
@@ -150,7 +151,8 @@ def classify_motion(
         if frame in wanted:
             state = State(motion, index, extremes.bonds, extremes.to_history(), gauge.judge_particles(centre, index))
             fragments.append(find_fragments(state, analysis, broken[frame][analysis.break_by]))
-    change = float(np.abs(shares[compared[1]] - shares[compared[0]]).sum() / 2)
+    before, last = compared
+    change = max(float(np.abs(shares[last] - shares[before]).sum() / 2), float(joined[before] - joined[last]))
     by_frame = pd.DataFrame.from_dict(broken, orient="index")
     return Classification(motion, analysis, trace_ancestry(fragments, motion.mass), by_frame, state, change)
 

@@ -40,6 +40,7 @@ class Analysis(Settings):
     lump_mass: float = Field(gt=0, lt=1, description="least mass of a lump [part of the body]")
     lump_cells: float = Field(ge=0, description="least size of a lump [cells of unpressed snow]")
     settled_change: float = Field(
-        gt=0, description="mass that changes its state below which a run is settled [part of the body]"
+        gt=0,
+        description="mass that changes its state, or neighbours that part, below which a run is settled [part of all]",
     )
     settled_frames: int = Field(gt=0, description="frames over which settled_change is taken [1]")

@@ -87,8 +87,10 @@ FALL_COLUMNS = {
     "effective_number": Column("number of equal fragments with the same chance"),
     "second_moment": Column("chance that two random bits are joined outside the heaviest fragment"),
     "broken_bonds": Column("part of the bonds that broke by a stored frame"),
-    "settled": Column("whether hardly any snow becomes crushed or loose any more (1 yes, 0 no)"),
-    "changed": Column("part of the mass that became lump, crushed or loose in the last frames (settled_frames)"),
+    "settled": Column("whether hardly any snow comes apart or is crushed any more (1 yes, 0 no)"),
+    "changed": Column(
+        "part of the mass that changed its state in the last 20 frames, or of neighbours that parted, the larger"
+    ),
     "lumps_by_strain": Column("part of the mass in lumps by the strain of neighbourhoods"),
     "lumps_by_bonds": Column("part of the mass in lumps if bonds held particles together"),
     "lumps_by_proximity": Column("part of the mass in lumps if all near particles held together"),
