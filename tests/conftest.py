@@ -31,6 +31,11 @@ def pytest_addoption(parser) -> None:
     parser.addoption("--validation-page", metavar="FILE", help="write the table beside theory as Markdown")
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Slow tests come first, so that at the end no process waits for one."""
+    items.sort(key=lambda item: item.get_closest_marker("slow") is None)
+
+
 def pytest_terminal_summary(terminalreporter, config) -> None:
     """The table beside theory, once: not in the processes that the tests are spread over."""
     rows = table.rows_of(report for group in terminalreporter.stats.values() for report in group)

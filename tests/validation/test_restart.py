@@ -19,6 +19,8 @@ from snowrepro.store.run import CHECKPOINT, Run, open_run
 from tests.conftest import SMALL
 
 LONG = ["fidelity=preview", "pressure=3000", "loading.frames=320", "reading.drop_height=20", "checkpoint_seconds=0"]
+WITH_STATE = ("reading.density_changes=moduli_and_volume", "reading.cadence=substep", "reading.release=rest")
+EVERY_STAGE = (0, 7, 20, 21, 48, 59)  # frames
 
 
 def assert_same_bits(one: xr.Dataset, other: xr.Dataset) -> None:
@@ -29,18 +31,19 @@ def assert_same_bits(one: xr.Dataset, other: xr.Dataset) -> None:
 
 
 @pytest.mark.parametrize(
-    "reading",
+    ("reading", "frames"),
     [
-        ["reading.density_changes=moduli_and_volume", "reading.cadence=substep", "reading.release=rest"],
-        pytest.param([], marks=pytest.mark.nightly),
+        (WITH_STATE, (7, 20, 48)),
+        pytest.param(WITH_STATE, EVERY_STAGE, marks=pytest.mark.nightly),
+        pytest.param((), EVERY_STAGE, marks=pytest.mark.nightly),
     ],
 )
-def test_going_on_from_any_frame(reading):
+def test_going_on_from_any_frame(reading, frames):
     """From the start, in mid-press, on both sides of the release, in the impact: in every reading that keeps state."""
     config = compose([*SMALL, "pressure=3000", *reading])
     saved = {}
     whole = simulate(config, lambda progress: saved.update({progress.frame: progress.checkpoint()}))
-    for frame in (0, 7, 20, 21, 48, 59):
+    for frame in frames:
         assert_same_bits(simulate(config, resume=saved[frame]), whole)
 
 
