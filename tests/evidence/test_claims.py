@@ -266,7 +266,7 @@ def test_a_constant_does_not_change_what_rises(sintered, shift):
     assert one.effect.mean == other.effect.mean
 
 
-@pytest.mark.parametrize("seeds", [2, 3, 5])
+@pytest.mark.parametrize("seeds", [3, *(pytest.param(seeds, marks=pytest.mark.nightly) for seeds in (2, 5))])
 def test_no_effect_is_rarely_called_one(seeds):
     """Of 500 tables of noise at most alpha are called a rise, and at most alpha a fall (three sigmas of chance)."""
     rng, tables = np.random.default_rng(seeds), 500
