@@ -23,13 +23,14 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 PATIENCE = 300  # seconds
+SET_BY_TESTS = ("PYTEST_", "MPLBACKEND", "KMP_", "RAY_")
 # Of the server alone: no threads, which a fork would lose, and the backend that the command line sets before imports.
 PREPARED = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1") | {"MPLBACKEND": "agg"}
 
 
 def run(*arguments: str, cwd: Path, **options) -> subprocess.CompletedProcess:
     """Run the command line; ``options`` are those of ``subprocess.run``, with which it is a new process."""
-    if options or sys.platform != "linux" or _environment() != _environment_of_server():
+    if options or sys.platform != "linux" or _environment() != ENVIRONMENT:
         return run_new(*arguments, cwd=cwd, **options)
     with tempfile.TemporaryDirectory() as folder:
         streams = [Path(folder, name) for name in ("stdout", "stderr")]
@@ -59,19 +60,17 @@ def _call(request: Mapping) -> int:
 def _start_server() -> subprocess.Popen:
     """Start the server of this process; it ends when nobody can ask it any more."""
     command = [sys.executable, "-c", f"from {__name__} import serve; serve()"]
-    environment = _environment_of_server() | PREPARED
     return subprocess.Popen(
-        command, cwd=ROOT, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0
+        command, cwd=ROOT, env=ENVIRONMENT | PREPARED, stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0
     )
 
 
-@functools.cache
-def _environment_of_server() -> dict[str, str]:
-    return _environment()
-
-
 def _environment() -> dict[str, str]:
-    return {name: value for name, value in os.environ.items() if name != "PYTEST_CURRENT_TEST"}
+    """The environment, but for what pytest, packages and the command line, called within a test, set in it."""
+    return {name: value for name, value in os.environ.items() if not name.startswith(SET_BY_TESTS)}
+
+
+ENVIRONMENT = _environment()  # of the server
 
 
 def serve() -> None:
