@@ -62,7 +62,7 @@ def id_of_run(name: str, store: str | Path) -> str:
     """The id of the one run of a store whose id is, begins with or ends in ``name``.  Raises ConfigError."""
     run_id = find_id(name, _known(Path(store)), store)
     if run_id is None:
-        sweep = record.find_sweep(name, store)
+        sweep = record.find_sweep(name, store, is_name=True)
         hint = (
             f"; of the sweep '{sweep}' they are named by: snowrepro status --list {shlex.quote(sweep)}" if sweep else ""
         )

@@ -51,7 +51,7 @@ def make_plan(overrides: Sequence[str], multirun: bool, part: tuple[int, int] | 
     hydra = compose_raw(fixed, hydra_node=True).hydra
     is_sweep = multirun or hydra.mode == RunMode.MULTIRUN
     if swept and not is_sweep:
-        raise ConfigError(f"{', '.join(swept)} names several runs: add -m to run them all")
+        raise ConfigError(f"{', '.join(swept)} names several runs: add -m, which makes them a sweep")
     if not is_sweep:
         planned = (Planned(Run(compose(fixed)), tuple(fixed)),)
         return Plan(planned[first - 1 :: step], False, tuple(overrides))
