@@ -46,7 +46,7 @@ def test_a_run_in_memory(small_run, small_config):
     """Its scene, a sentence with the numbers of its row, the last frame, and units."""
     view, row = api.show(small_run), api.summarise(small_run)
     text = str(view)
-    assert "ball on L, pressure 3000, sintering" in text
+    assert "ball on L, pressure 3000 kg cell⁻¹ s⁻², sintering" in text
     assert f"{row['lump_fraction']:.0%} of the mass is in {row['lumps']} lump".replace("%", " %") in text
     assert f"part of the mass in lumps: {row['lump_fraction']:.4g}" in text
     assert re.search(r"largest speed of a particle while falling: [\d.]+ cells/s", text)

@@ -2,6 +2,7 @@
 
 import shlex
 from collections.abc import Sequence
+from dataclasses import replace
 
 from ...evidence.claims import NOT_RUN, Count, JudgedScene, Verdict, format_interval, list_calibrated_claims
 from ...evidence.gather import Evidence
@@ -169,11 +170,18 @@ def _describe_verdict(claim: Claim, verdict: Verdict, scene: JudgedScene, where:
 
 
 def _take_picture_out(section: Section, picture: Picture | None) -> Section:
-    """Return the section without ``picture``; a sentence behind the pictures that follow it says where it is."""
+    """Return the section without ``picture``; a sentence behind the pictures that follow it says where it is.
+
+    A heading that had this picture alone goes with it, and then there is no sentence.
+    """
     blocks = [block for block in section.blocks if block is not picture]
     if picture:
         behind = list(section.blocks).index(picture)
+        neighbours = blocks[max(behind - 1, 0) : behind + 1]
+        if neighbours and all(isinstance(block, Heading) for block in neighbours):
+            del blocks[behind - 1]
+            return replace(section, blocks=blocks)
         while behind < len(blocks) and isinstance(blocks[behind], Picture):
             behind += 1
         blocks.insert(behind, SHOWN_ABOVE)
-    return Section(section.anchor, section.title, blocks, section.paper_text, section.command, section.runs)
+    return replace(section, blocks=blocks)
