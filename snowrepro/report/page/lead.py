@@ -159,14 +159,12 @@ def _describe_verdict(claim: Claim, verdict: Verdict, scene: JudgedScene, where:
     if verdict.word == NOT_RUN:
         return f"**{NOT_RUN}**, {place}: {escape(verdict.note)}."
     seeds = f"{verdict.seeds} seed{'s' * (verdict.seeds != 1)}"
-    number = verdict.measured
-    if verdict.effect:
-        change = "change from " if claim.test == "rises" else ""
-        number = f"{change}{verdict.effect_of}: {format_interval(verdict.effect)}"
     disagreement = "" if verdict.direction == "agree" else "; the numbers disagree"
     measure = "mass in lumps" if claim.measure == "lump_fraction" else claim.measure.replace("_", " ")
+    what = f"change of the {measure} from" if verdict.effect and claim.test == "rises" else measure
+    number = f"{verdict.effect_of}: {format_interval(verdict.effect)}" if verdict.effect else verdict.measured
     remark = verdict.label.removeprefix(verdict.word)
-    return f"**{verdict.word}**{remark}, {place}: {measure} {escape(number)}, {seeds}{disagreement}."
+    return f"**{verdict.word}**{remark}, {place}: {what} {escape(number)}, {seeds}{disagreement}."
 
 
 def _take_picture_out(section: Section, picture: Picture | None) -> Section:
