@@ -101,7 +101,7 @@ def _execute(options: argparse.Namespace, named: Sequence[str]) -> ExitCode:
         _print_no_more()
         code = ExitCode.FINE
     except KeyboardInterrupt:
-        screen.say("interrupted; what was finished is kept, the same command goes on from the last checkpoint")
+        screen.say("interrupted; what was finished is kept, the same command goes on from the last frame kept")
         code = ExitCode.INTERRUPTED
     except OSError as error:  # a disk or a screen that takes no more, or a file that is not there any more
         screen.say(f"error: {error.filename or 'standard output'}: {error.strerror or error}")

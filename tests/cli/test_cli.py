@@ -66,7 +66,7 @@ def test_a_run_explains_itself_and_is_found_done(tmp_path):
     (path,) = results(tmp_path)
     assert first.stdout.splitlines()[-1] == str(path.relative_to(tmp_path))
     assert re.match(r".*\d+ % of the mass is ", first.stdout.splitlines()[0])
-    assert re.search(r"^pressure +2000 kg cell⁻¹ s⁻²$", first.stdout, re.MULTILINE)
+    assert re.search(r"^pressure +3300 kg cell⁻¹ s⁻²$", first.stdout, re.MULTILINE)
     assert f"snowrepro explain {path.parent.name} " in first.stderr
     with xr.open_dataset(path) as run:
         assert {"x", "y", "snapshot_time"} <= set(run.coords) and run.attrs["Conventions"].startswith("CF-")
