@@ -3,6 +3,7 @@ PYTHON ?= python3
 FIDELITY ?= paper
 EXPERIMENTS ?=
 CLAIMS ?= fig5 fig6
+TESTS ?= not slow and not nightly
 COARSE := $(if $(filter paper,$(FIDELITY)),,fidelity=$(FIDELITY))
 VENV := .venv
 BIN := $(VENV)/bin
@@ -21,7 +22,7 @@ reproduce: $(VENV)/installed
 	$(BIN)/snowrepro report $(COARSE)
 
 test: $(VENV)/all  ## the fast tests
-	$(BIN)/python -m pytest -n auto --dist worksteal -m "not slow and not nightly"
+	$(BIN)/python -m pytest -n auto --dist worksteal -m "$(TESTS)"
 
 validate: $(VENV)/all  ## all tests, with a table of what was compared with theory
 	$(BIN)/python -m pytest -n auto --validation-page=reports/validation/index.md

@@ -35,7 +35,8 @@ def _group(name: str, columns: Mapping[str, Column]) -> Iterator[str]:
     yield "|---|---|" + "---|" * len(READINGS)
     for column, about in columns.items():
         units = (_unit(about, length) for length in READINGS.values())
-        yield f"| `{column}` | {plain(about.long_name).replace(' xi ', ' ξ ')} | {' | '.join(units)} |"
+        meaning = plain(": ".join(filter(None, (about.long_name, about.note)))).replace(" xi ", " ξ ")
+        yield f"| `{column}` | {meaning} | {' | '.join(units)} |"
 
 
 def _unit(column: Column, length_unit: str) -> str:

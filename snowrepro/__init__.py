@@ -11,13 +11,12 @@ if TYPE_CHECKING:
     from .composition.compose import compose
     from .evidence.collect import open_sweep, sweep_table
     from .notebook.animate import animate
+    from .notebook.particles import classify, summarise
     from .notebook.plot import plot
     from .notebook.show import show
     from .notebook.sweeping import run_sweep
     from .run import simulate
     from .store.run import open_run
-    from .summary.classify import classify
-    from .summary.row import summarise
 
     __version__: str
 
@@ -28,7 +27,7 @@ __all__ = [
 
 _HOMES = {
     "animate": ".notebook.animate",
-    "classify": ".summary.classify",
+    "classify": ".notebook.particles",
     "compose": ".composition.compose",
     "open_run": ".store.run",
     "open_sweep": ".evidence.collect",
@@ -36,7 +35,7 @@ _HOMES = {
     "run_sweep": ".notebook.sweeping",
     "show": ".notebook.show",
     "simulate": ".run",
-    "summarise": ".summary.row",
+    "summarise": ".notebook.particles",
     "sweep_table": ".evidence.collect",
 }
 

@@ -14,6 +14,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from .markup import escape
 
 REDRAW_SECONDS = 0.2
+SPEED_SECONDS = 600.0  # that the mean speed is taken over: of a few seconds it jumps
 
 Update = Callable[[int, int], None]  # how many are done, of how many
 
@@ -21,7 +22,13 @@ Update = Callable[[int, int], None]  # how many are done, of how many
 def build_bar(counted: str, console: Console, is_hidden: bool = False) -> Progress:
     """A bar that counts frames or pictures on a console; hidden also where that is no terminal."""
     columns = (TextColumn(counted + " {task.completed:.0f}/{task.total:.0f}"), BarColumn(), TimeRemainingColumn())
-    return Progress(*columns, console=console, transient=True, disable=is_hidden or not console.is_terminal)
+    return Progress(
+        *columns,
+        console=console,
+        transient=True,
+        disable=is_hidden or not console.is_terminal,
+        speed_estimate_period=SPEED_SECONDS,
+    )
 
 
 @contextmanager

@@ -5,6 +5,8 @@ import json
 import logging
 import os
 import shutil
+import signal
+import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -127,7 +129,8 @@ def _attempt(run: Run, on_progress: Callable[["Progress"], None] | None, lease_o
         watch = Watch(run, on_progress, lease_of_run, resume or {})
         folder = run.prepare_result()
         try:
-            dataset = _simulate_on(run, watch, resume)
+            with watch.stop_between_frames():
+                dataset = _simulate_on(run, watch, resume)
             for line in ledger.bounded(dataset):
                 log.info("%s", line)
             particles, substeps = dataset.sizes["particle"], int(dataset["substeps"].sum())
@@ -136,7 +139,7 @@ def _attempt(run: Run, on_progress: Callable[["Progress"], None] | None, lease_o
             facts["device"] = _device().read_device()
             run.save(dataset, facts, folder, wall_seconds=watch.seconds(), seconds_per_frame=watch.per_frame())
         except KeyboardInterrupt:
-            _record(run, lease_of_run, states.INTERRUPTED, f"stopped in frame {watch.frame + 1}")
+            _record(run, lease_of_run, states.INTERRUPTED, watch.describe_stop())
             raise
         except Diverged as error:
             error = _with_last_good_state(error, run)
@@ -237,6 +240,8 @@ class Watch:
         self.frames: list[float] = []  # when each was there
         self.last_report = self.last_checkpoint = time.perf_counter()
         self.writing_seconds = 0.0  # how long the last checkpoint took to write
+        self.kept: int | None = None  # the frame of the last checkpoint
+        self.is_stopping = False
 
     def __call__(self, progress: "Progress") -> None:
         """Take note of a frame; report and keep a checkpoint if it is time to.  Raises LeaseLost."""
@@ -250,16 +255,55 @@ class Watch:
             self.lease.require_held()
             with self._warn_once():
                 self.run.save_progress(progress.frame, progress.frames, progress.substeps)
-        if moment - self.last_checkpoint > max(
-            self.run.config.execution.checkpoint_seconds, MOST_WRITING * self.writing_seconds
-        ):
-            arrays = progress.checkpoint()
-            self.lease.require_held()
-            with self._warn_once():
-                origin = {"seconds": np.array(self.seconds()), "began": np.array(self.began)}
-                self.run.save_checkpoint({**arrays, **origin})
-            self.last_checkpoint = time.perf_counter()
-            self.writing_seconds = self.last_checkpoint - moment
+        pause = max(self.run.config.execution.checkpoint_seconds, MOST_WRITING * self.writing_seconds)
+        if self.is_stopping or moment - self.last_checkpoint > pause:
+            self._keep_checkpoint(progress)
+        if self.is_stopping:
+            raise KeyboardInterrupt
+
+    def _keep_checkpoint(self, progress: "Progress") -> None:
+        """Keep what it takes to go on from this frame.  Raises LeaseLost."""
+        moment = time.perf_counter()
+        arrays = progress.checkpoint()
+        self.lease.require_held()
+        with self._warn_once():
+            origin = {"seconds": np.array(self.seconds()), "began": np.array(self.began)}
+            self.run.save_checkpoint({**arrays, **origin})
+            self.kept = progress.frame
+        self.last_checkpoint = time.perf_counter()
+        self.writing_seconds = self.last_checkpoint - moment
+
+    @contextmanager
+    def stop_between_frames(self) -> Iterator[None]:
+        """Within it, Ctrl-C and SIGTERM wait for the end of the frame, which is kept; a second one does not wait.
+
+        Nor does one before the first frame, which compiles for seconds.  Raises KeyboardInterrupt.
+        """
+
+        def stop(*_: object) -> None:
+            """Take note of a signal."""
+            if self.is_stopping or not self.frames:
+                raise KeyboardInterrupt
+            self.is_stopping = True
+
+        signals = (signal.SIGINT, signal.SIGTERM) if threading.current_thread() is threading.main_thread() else ()
+        taken = [
+            each for each in signals if signal.getsignal(each) is signal.default_int_handler
+        ]  # others are not ours
+        for each in taken:
+            signal.signal(each, stop)
+        try:
+            yield
+        finally:
+            for each in taken:
+                signal.signal(each, signal.default_int_handler)
+        if self.is_stopping:  # since the last frame
+            raise KeyboardInterrupt
+
+    def describe_stop(self) -> str:
+        """Where a run was stopped: after a frame that is kept, or in one that is lost."""
+        is_kept = self.kept is not None and self.kept == self.frame
+        return f"stopped after frame {self.frame}" if is_kept else f"stopped in frame {self.frame + 1}"
 
     @contextmanager
     def _warn_once(self) -> Iterator[None]:

@@ -30,7 +30,7 @@ def digests_of(module: str) -> dict[str, str]:
             continue
         text = path.read_bytes()
         digests[name] = hashlib.sha256(text).hexdigest()[:16]
-        waiting += _imported(ast.parse(text), path)
+        waiting += _imported(text, path)
     return dict(sorted(digests.items()))
 
 
@@ -45,8 +45,14 @@ def _file_of(module: str) -> Path:
     return PACKAGE.joinpath(*module.split(".")).with_suffix(".py")
 
 
-def _imported(tree: ast.Module, path: Path) -> Iterator[Path]:
+@functools.cache
+def _imported(text: bytes, path: Path) -> tuple[Path, ...]:
     """The package's own modules that a file imports, by relative imports, wherever in the file they stand."""
+    return tuple(_read_imports(ast.parse(text), path))
+
+
+def _read_imports(tree: ast.Module, path: Path) -> Iterator[Path]:
+    """The files that ``_imported`` gives, from the parsed text."""
     for_types = {id(node) for block in ast.walk(tree) if _is_for_types(block) for node in ast.walk(block)}
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.level and id(node) not in for_types:

@@ -1,7 +1,6 @@
 """Shared fixtures: Taichi started afresh, and a small run that several tests look at."""
 
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -10,6 +9,7 @@ import xarray as xr
 from snowrepro.composition.compose import compose
 from snowrepro.run import simulate
 from snowrepro.settings.config import Config
+from tests import command_line
 from tests.validation import table
 
 # A run that ends in seconds: coarse, short, and with all that a long one has.
@@ -29,6 +29,11 @@ QUICK = [
 
 def pytest_addoption(parser) -> None:
     parser.addoption("--validation-page", metavar="FILE", help="write the table beside theory as Markdown")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Slow tests come first, so that at the end no process waits for one."""
+    items.sort(key=lambda item: item.get_closest_marker("slow") is None)
 
 
 def pytest_terminal_summary(terminalreporter, config) -> None:
@@ -76,7 +81,6 @@ def snowrepro(tmp_path: Path):
     """Run the command line in an empty folder; returns a function of its arguments."""
 
     def call(*arguments: str, **options) -> subprocess.CompletedProcess:
-        command = [sys.executable, "-m", "snowrepro", *arguments]
-        return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300, **options)
+        return command_line.run(*arguments, cwd=tmp_path, **options)
 
     return call

@@ -38,7 +38,9 @@ FENCE = re.compile(
 )
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 FILE = re.compile(r"(?:# @package _global_\n)?# ((?:conf|experiments)/\S+\.yaml)\n")
+TOCTREE = re.compile(r"(?m)^```\{toctree\}\n(?:(?::.*)?\n)*((?:[\w/-]+\n)+)```")
 MOST_SECONDS = 900
+WORKING_FOLDER = "working-folder.txt"  # where the blocks of a page are
 # What makes a run short: each text in a file of conf/ by another, everywhere in the file.
 SHORTER = {
     "loading/paper.yaml": {r"press_frames: \d+": "press_frames: 20", r"\nframes: \d+": "\nframes: 60"},
@@ -130,18 +132,21 @@ def environment(short_program, tmp_path) -> dict[str, str]:
 
 
 def run_page(page: Path, folder: Path, environment: dict[str, str]) -> None:
-    """Run a page's blocks in order in an empty folder."""
-    folder.mkdir()
+    """Run a page's blocks in order, from a folder on: where a block changes to another, the next ones are there."""
+    place = folder.with_name(WORKING_FOLDER)
+    place.write_text(str(folder))
     for block in blocks(page):
+        here = Path(place.read_text().strip())
         if block.language == "yaml" and (named := FILE.match(block.text)):
-            path = folder / named[1]
+            path = here / named[1]
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(block.text, encoding="utf-8")
         if not block.is_run:
             continue
         how = ["bash", "-euo", "pipefail", "-c"] if block.language == "sh" else [sys.executable, "-c"]
+        keep = f"\npwd > {shlex.quote(str(place))}\n" if block.language == "sh" else ""
         done = subprocess.run(
-            [*how, block.text], cwd=folder, env=environment, capture_output=True, text=True, timeout=MOST_SECONDS,
+            [*how, block.text + keep], cwd=here, env=environment, capture_output=True, text=True, timeout=MOST_SECONDS,
             stdin=subprocess.DEVNULL,
         )  # fmt: skip
         said = f"{name_of(page)}, line {block.line}:\n{block.text}\n{done.stdout[-2000:]}\n{done.stderr[-4000:]}"
@@ -155,8 +160,39 @@ RUNNING = [page for page in PAGES if page != ONE_PROGRAM and any(block.is_run fo
 @pytest.mark.nightly
 @pytest.mark.parametrize("page", RUNNING, ids=name_of)
 def test_every_example_runs(page, tmp_path, environment):
-    """As it stands on the page."""
-    run_page(page, tmp_path / "reader", environment)
+    """As it stands on the page, in an empty folder."""
+    folder = tmp_path / "reader"
+    folder.mkdir()
+    run_page(page, folder, environment)
+
+
+def list_in_order(page: Path) -> Iterator[Path]:
+    """The pages that a page's tables of contents list, each followed by those of its own tables."""
+    text = page.read_text(encoding="utf-8")
+    for listed in TOCTREE.findall(text):
+        for name in listed.split():
+            path = page.parent / f"{name}.md"
+            yield path
+            yield from list_in_order(path)
+
+
+def test_the_tables_of_contents_list_every_page():
+    """Each once; the page itself, and that of the changes, are no part of them."""
+    assert sorted([DOCS / "index.md", *list_in_order(DOCS / "index.md")]) == sorted(DOCS.rglob("*.md"))
+
+
+@pytest.mark.nightly
+def test_all_examples_run_in_one_folder(tmp_path, environment):
+    """The README, then the documentation in its order, behind what ``make reproduce`` leaves."""
+    folder = tmp_path / "reader"
+    folder.mkdir()
+    make = ["make", "--dry-run", "--old-file=.venv/installed", "BIN=.", "reproduce"]
+    recipe = subprocess.run(make, cwd=ROOT, capture_output=True, text=True, check=True).stdout.replace("./snow", "snow")
+    done = subprocess.run(["bash", "-euc", recipe], cwd=folder, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0 and (folder / "my_reports" / "paper" / "index.html").is_file(), done.stderr[-4000:]
+    for page in (README, *list_in_order(DOCS / "index.md")):
+        if page in RUNNING:
+            run_page(page, folder, environment)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)

@@ -225,7 +225,7 @@ def _find_release(dataset: xr.Dataset, frames: np.ndarray, release: int | None) 
     wanted = release if release is not None else dataset.attrs.get("release_frame")
     if wanted is None:
         raise DataError(
-            f"the data does not say when the snow was released: give the frame ({stored}), as --release or release=, "
+            f"the data does not say when the snow was released: give the frame ({stored}), with --release, "
             "or as the attribute release_frame"
         )
     name = "the attribute release_frame" if release is None else "release"

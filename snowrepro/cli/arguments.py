@@ -17,6 +17,11 @@ def add_multirun(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-m", "--multirun", action="store_true", help="the overrides name several runs")
 
 
+def add_needless_multirun(parser: argparse.ArgumentParser) -> None:
+    """The same where several runs need no word, so that the words of 'snowrepro run' can be repeated."""
+    parser.add_argument("-m", "--multirun", action="store_true", help="may stand here as in 'run -m'; changes nothing")
+
+
 def add_verify(parser: argparse.ArgumentParser) -> None:
     """Whether results are trusted by their sizes."""
     parser.add_argument("--verify", action="store_true", help="read all results, and not just their sizes and times")

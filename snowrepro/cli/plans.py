@@ -22,7 +22,7 @@ def plan_overrides(overrides: Sequence[str], multirun: bool, part: tuple[int, in
 def plan_sweep(words: Sequence[str], multirun: bool) -> Plan:
     """The plan of a sweep that is named, or described by overrides.  Raises ConfigError if it would have no runs."""
     store, others = split_store(words)
-    if others and (is_name(others[0]) or others[0] in record.list_sweeps(store)):
+    if others and names_sweep(others[0], store):
         seeds, more = split_seeds(others[1:])
         return record.plan_remembered(others[0], store, more if seeds is None else with_seeds(more, seeds))
     plan = plan_overrides(words, multirun)
@@ -34,6 +34,11 @@ def plan_sweep(words: Sequence[str], multirun: bool) -> Plan:
 def is_name(word: str) -> bool:
     """Whether a word can only be the name of something, and no override."""
     return "=" not in word and not word.startswith("~")
+
+
+def names_sweep(word: str, store: str) -> bool:
+    """Whether a word stands for a sweep that the store remembers, or can be no override."""
+    return is_name(word) or record.find_sweep(word, store) is not None
 
 
 def expand_name(name: str, overrides: Sequence[str], store: str) -> list[str]:

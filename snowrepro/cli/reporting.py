@@ -10,9 +10,9 @@ from ..report.page.folder import find_report_folder
 from ..report.page.page import ExperimentReport, draw_experiment, write_experiment_page
 from ..report.page.unchanged import STAMP, digest_inputs, draw_if_changed
 from ..report.sections import choices, claims
-from ..store.run import BrokenResult, Run
+from ..store.run import BrokenResult
 from ..sweep import record
-from ..sweep.plan import Plan, make_plan
+from ..sweep.plan import Plan, compose_first_run, make_plan
 from .screen import say, show
 
 CLAIMS = "claims"
@@ -21,17 +21,19 @@ Written = TypeVar("Written")
 
 def print_report(overrides: Sequence[str], store: str) -> None:
     """Write the report of a sweep, with every seed that it was asked for with, and print what it comes to."""
-    plan = make_plan(record.add_remembered_seeds(overrides, store), multirun=True)
-    require_drawable(plan.runs)
+    asked = record.add_remembered_seeds(overrides, store)
+    first = compose_first_run(asked)
 
     def draw() -> tuple[list[str], list[Path]]:
         """Draw the report; returns what to print, and the folder."""
+        plan = make_plan(asked, multirun=True)
+        require_drawable(plan.runs)
         part, page = leave_out_broken(lambda: write_report(plan))
         count = len(part.evidence.missing) if needs_runs(plan.runs) else 0
         missing = [f"missing: {count} of {len(plan.runs)} runs have no result"] if count else []
         return [f"verdict: {part.content.verdict}", *missing, f"report: {page}"], [page.parent]
 
-    print_drawn(find_report_folder(plan.runs[0], plan.overrides), [plan.runs], plan.overrides, draw)
+    print_drawn(find_report_folder(first, asked), asked, first.store, draw)
 
 
 def print_claims(plan: Plan) -> None:
@@ -43,30 +45,27 @@ def print_claims(plan: Plan) -> None:
         return [*claims.format_for_screen(part.evidence), f"report: {page}"], [page.parent]
 
     words = [CLAIMS, *plan.overrides]  # its lines are others than those of a report alone
-    print_drawn(find_report_folder(plan.runs[0], plan.overrides), [plan.runs], words, draw)
+    print_drawn(find_report_folder(plan.runs[0], plan.overrides), words, plan.runs[0].store, draw)
 
 
 def print_paper_report(overrides: Sequence[str], store: str) -> None:
     """Write the report on the whole paper, and print where it is."""
-    planned = paper.plan_paper(overrides, store)
 
     def draw() -> tuple[list[str], list[Path]]:
         """Draw the report and those of its experiments; returns what to print, and all folders."""
+        planned = paper.plan_paper(overrides, store)
         pages = leave_out_broken(lambda: paper.write_paper(planned, say))
         return [f"report: {pages[0]}"], [page.parent for page in pages]
 
-    print_drawn(planned.folder, [each.plan.runs for each in planned.experiments], planned.overrides, draw)
+    print_drawn(paper.find_paper_folder(overrides), overrides, Path(store), draw)
 
 
 def print_drawn(
-    folder: Path,
-    plans: Sequence[Sequence[Run]],
-    overrides: Sequence[str],
-    draw: Callable[[], tuple[list[str], list[Path]]],
+    folder: Path, overrides: Sequence[str], store: Path, draw: Callable[[], tuple[list[str], list[Path]]]
 ) -> None:
     """Draw a report, unless nothing changed since it was drawn, and print its lines: see ``draw_if_changed``."""
     say("looking for what changed since the report was drawn" if (folder / STAMP).exists() else "drawing the report")
-    lines, is_drawn = draw_if_changed(folder, digest_inputs(plans, overrides, plans[0][0].store), draw)
+    lines, is_drawn = draw_if_changed(folder, digest_inputs(overrides, store), draw)
     if not is_drawn:
         say("nothing changed: the report stays as it is")
     show(*lines)

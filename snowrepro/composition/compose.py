@@ -1,8 +1,10 @@
 """From Hydra overrides to a validated ``Config``; errors say what is wrong and which names there are."""
 
+import os
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hydra import compose as hydra_compose
@@ -17,7 +19,7 @@ from ..foreign import parse_json
 from ..settings.config import NOT_RECORDED, Config
 from . import hydra_private
 from .drawings import read_drawings
-from .experiments import CONF_DIR, all_variants
+from .experiments import CONF_DIR, all_variants, list_own_experiments
 from .messages import explain, one_message
 from .option_files import describe_broken_file, require_small_files
 from .overrides import prepare_overrides
@@ -66,6 +68,13 @@ def config_loader() -> hydra_private.ConfigLoaderImpl:
 def option_files(overrides: Sequence[str]) -> hydra_private.CachingConfigRepository:
     """The files of all options as ``overrides``, which may add folders, and the user's folder make them up."""
     return hydra_private.option_repository(config_loader(), "config", overrides)
+
+
+def list_option_files(files: hydra_private.CachingConfigRepository) -> list[Path]:
+    """The YAML files of options, the user's experiments last."""
+    tops = [source.path for source in files.get_sources() if source.scheme() == "file"]
+    paths = [Path(place, name) for top in tops for place, _, names in os.walk(top, followlinks=True) for name in names]
+    return [*(path for path in paths if path.suffix in (".yaml", ".yml")), *list_own_experiments()]
 
 
 @contextmanager

@@ -29,6 +29,8 @@ __all__ = [
     "loader_of_options", "make_parser", "offer_options", "option_repository", "result_of",
 ]  # fmt: skip
 
+_offered: dict[tuple[str, str], tuple[Mapping[str, Any], Any]] = {}  # what ``offer_options`` stored, and as what
+
 
 def forget_hydra() -> None:
     """Let Hydra be initialised again."""
@@ -51,8 +53,13 @@ def loader_of_options() -> ConfigLoaderImpl:
 
 def offer_options(group: str, options: Mapping[str, Mapping[str, Any]]) -> None:
     """Let ``group=name`` put a piece of configuration into the whole, for each of ``options`` by name."""
+    store = ConfigStore.instance()
     for name, content in options.items():
-        ConfigStore.instance().store(name, OmegaConf.create(dict(content)), group=group, package="_global_")
+        kept = store.repo.get(group, {}).get(f"{name}.yaml")
+        if kept is not None and _offered.get((group, name)) == (content, kept):
+            continue  # to store it takes a millisecond or more, and a sweep is composed often
+        store.store(name, OmegaConf.create(dict(content)), group=group, package="_global_")
+        _offered[group, name] = (content, store.repo[group][f"{name}.yaml"])
 
 
 def option_repository(loader: ConfigLoaderImpl, config_name: str, overrides: Sequence[str]) -> CachingConfigRepository:

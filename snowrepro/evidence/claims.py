@@ -23,6 +23,7 @@ INCONCLUSIVE = "INCONCLUSIVE"
 NOT_RUN = "NOT RUN"
 
 ARMS_OF = {"sintered": ARMS[:1], "unsintered": ARMS[1:], "contrast": ARMS}
+LEAST_SEEDS, MOST_SEEDS = 2, 20  # that an interval needs, and that are tried
 LEAST_SCENES = 2  # beside the calibrated one, to speak of other scenes
 # Written behind the word where the pressures were chosen by the scene's own sintered runs.
 CALIBRATION_NOTES = {
@@ -154,6 +155,18 @@ def judge_claims(
         for claim in claims.list
         if claim.test != "scenes"
     ]
+
+
+def count_least_seeds(claims: Claims, pressures: int) -> int:
+    """Count the seeds from which on every claim about one scene can be REPRODUCED, if all of its numbers agree.
+
+    An interval needs two.  A claim that numbers rise needs as many as make Page's p small enough, for ``pressures``.
+    """
+    if pressures < 2 or not any(claim.test == "rises" for claim in claims.list):
+        return LEAST_SEEDS
+    values = np.arange(pressures, dtype=float)
+    chances = ((seeds, run_page_test(np.tile(values, (seeds, 1)))) for seeds in range(LEAST_SEEDS, MOST_SEEDS))
+    return next((seeds for seeds, p in chances if p is not None and p <= claims.alpha), MOST_SEEDS)
 
 
 def list_calibrated_claims(claims: Claims) -> list[str]:

@@ -114,9 +114,12 @@ def sweep_table(name: str, store: str | Path = "runs") -> pd.DataFrame:
     """Return a recorded sweep as a table with a row for each of its runs, in its order.
 
     Name and coordinates as in ``open_sweep``, ``run_id``, ``state``, ``reason`` and the summary columns, NaN where
-    there is no result.  Raises ConfigError where there is no such sweep.
+    there is no result.  Its ``attrs`` have the sweep's name and the unit of length of its runs.
+    Raises ConfigError where there is no such sweep.
     """
-    return collect_sweep(record.plan_remembered(name, store)).table
+    sweep = collect_sweep(record.plan_remembered(name, store))
+    sweep.table.attrs = {"sweep": sweep.name, "length_unit": sweep.length_unit}
+    return sweep.table
 
 
 def write_results(plan: Plan) -> Path:

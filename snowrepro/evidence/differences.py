@@ -94,13 +94,13 @@ def describe_differences(a: str, b: str, store: str | Path = "runs") -> list[str
 
     Raises ConfigError where ``a`` and ``b`` are not of one kind, and StoreError where there is no such run.
     """
-    sweeps = [name for word in (a, b) if (name := record.find_sweep(word, store))]
+    sweeps = [name for word in (a, b) if (name := record.find_sweep(word, store, is_name=True))]
     if len(sweeps) == 2:
         return describe_sweep_differences(
             compare_sweeps(*(collect_sweep(record.plan_remembered(name, store)) for name in sweeps))
         )
     if sweeps:
-        other = b if record.find_sweep(a, store) else a
+        other = b if record.find_sweep(a, store, is_name=True) else a
         raise ConfigError(f"'{sweeps[0]}' is a sweep and '{other}' is none: name two runs or two sweeps")
     for word in (a, b):
         _require_run(word, store)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import taichi as ti
+from taichi.lang.util import to_numpy_type
 
 from ..scene.build import Scene
 from ..settings.case import Material
@@ -70,7 +71,7 @@ def _field(shape: tuple[int, ...], size: int | tuple[int, ...], kind: Any = floa
 
 def _fill(field: ti.Field, values: np.ndarray) -> None:
     """Set a field in its own precision."""
-    field.from_numpy(values.astype(field.to_numpy().dtype))
+    field.from_numpy(values.astype(to_numpy_type(field.dtype)))
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from ..report.film.panels import find_varied_keys, format_title
 from ..store.run import Run
 from ..sweep import record
 from ..text import quote
+from .arguments import naming_arguments
 from .named import find_sweep
 from .shown import Film
 from .states import read_run, require_colouring
@@ -54,7 +55,11 @@ def animate(
         why = f": {shown[0].reason}" if shown else ""
         raise ConfigError(f"there is nothing to show: no run has a result{why}")
     settings = AnimationSettings(by, speed=speed, start=start, width=width)
-    with tempfile.TemporaryDirectory() as folder, show_progress("picture", 1, is_hidden=not progress) as update:
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        show_progress("picture", 1, is_hidden=not progress) as update,
+        naming_arguments(),
+    ):
         path = Path(folder) / f"film.{format}"
         animation.animate(shown, settings, path, update)
         runs = [animated.run for animated in shown]

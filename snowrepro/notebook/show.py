@@ -11,7 +11,6 @@ import xarray as xr
 
 from ..analysis.lumps import Classification
 from ..composition.compose import config_of
-from ..errors import ConfigError
 from ..evidence.collect import NOT_IN_SWEEP, sweep_table
 from ..markup import make_paragraph, make_table
 from ..report.film.panels import format_title
@@ -23,6 +22,7 @@ from ..text import make_printable
 from .named import find_sweep
 from .shown import View
 from .states import plot_state, read_run
+from .tables import find_coordinates
 
 WIDTH = 4.5  # of a picture [inches]
 MOST_ROWS = 60  # of a sweep
@@ -51,13 +51,13 @@ def show(data: xr.Dataset | pd.DataFrame | Classification | str | Path, *, store
     if isinstance(data, Classification):
         return View(data._repr_html_(), repr(data))
     if isinstance(data, pd.DataFrame):
-        return _show_sweep("Sweep", data, _find_coordinates(data))
+        return _show_sweep("Sweep", data, find_coordinates(data, ["reason"]))
     if isinstance(data, xr.Dataset):
         return _show_grid(data) if {"state", "run_id"} <= {*data.variables} else _show_run(data)
     if not (name := find_sweep(data, store)):
         return _show_run(read_run(data, store))
     table = sweep_table(name, store)
-    return _show_sweep(f"Sweep {name}", table, _find_coordinates(table))
+    return _show_sweep(f"Sweep {name}", table, find_coordinates(table, ["reason"]))
 
 
 def _show_run(dataset: xr.Dataset) -> View:
@@ -97,13 +97,6 @@ def _format(value: Any) -> str:
     if math.isnan(value):
         return ""
     return f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.4g}"
-
-
-def _find_coordinates(table: pd.DataFrame) -> list[Hashable]:
-    """Find the coordinates of a sweep's table: its columns before the id.  Raises ConfigError."""
-    if not {"run_id", "state", "reason"} <= {*table.columns}:
-        raise ConfigError("this table is not of a sweep, as snowrepro.sweep_table gives one: it has no run_id or state")
-    return [*table.columns[: list(table.columns).index("run_id")]]
 
 
 def _show_grid(grid: xr.Dataset) -> View:

@@ -113,7 +113,7 @@ def write_crate(name: str, store: str | Path, out: Path, terms: Terms, reports: 
 
 def _fill_crate(crate: Path, name: str, store: str | Path, terms: Terms, reports: str | None) -> str:
     """Copy all files into the crate's folder and write the metadata; returns a line on runs without a result."""
-    sweep = record.find_sweep(name, store)
+    sweep = record.find_sweep(name, store, is_name=True)
     if sweep:
         title, runs = f"sweep {sweep}", _list_runs(sweep, store)
         missing_runs = _copy_sweep(crate, sweep, store, reports)

@@ -15,11 +15,12 @@ class Column:
     """A column of the rows of numbers.
 
     ``long_name``: what it means; ``powers``: its unit as ``units.text`` reads it, CELLS for the paper's cells in any
-    reading, TEXT for words.
+    reading, TEXT for words; ``note``: what the page of all columns adds.
     """
 
     long_name: str
     powers: str = "1"
+    note: str = ""
 
     @property
     def is_text(self) -> bool:
@@ -111,8 +112,18 @@ TEST_COLUMNS = {
 }
 
 COST_COLUMNS = {
-    "seconds": Column("wall time of the run", "T"),
-    "seconds_per_frame": Column("wall time of a frame", "T"),
+    "seconds": Column(
+        "wall time of the run",
+        "T",
+        "from building the scene to the last frame, with compiling and checkpoints; of a run that was interrupted, "
+        "all parts that its result is made of",
+    ),
+    "seconds_per_frame": Column(
+        "wall time of a frame",
+        "T",
+        "the mean in the process that finished the run, without the first two frames there, which compile; so all "
+        "frames together take less than seconds",
+    ),
 }
 
 

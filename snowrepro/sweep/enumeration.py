@@ -10,7 +10,6 @@ What comes out equals composing each run.  A run that cannot be put together is 
 
 import itertools
 import math
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -22,9 +21,8 @@ import yaml
 from hydra.errors import HydraException
 from pydantic import ValidationError
 
-from ..composition.compose import compose_raw, option_files, plain_settings, validate
+from ..composition.compose import compose_raw, list_option_files, option_files, plain_settings, validate
 from ..composition.drawings import with_outline_read
-from ..composition.experiments import list_own_experiments
 from ..composition.hydra_private import (
     CachingConfigRepository,
     ConfigDefault,
@@ -245,12 +243,7 @@ def _fills_its_section(files: CachingConfigRepository, group: str, option: str) 
 
 def _defaults_vary(files: CachingConfigRepository) -> bool:
     """Whether a choice may follow from others, by an interpolation in the defaults list of some file."""
-    folders = [source.path for source in files.get_sources() if source.scheme() == "file"]
-    paths = [
-        Path(place, name) for top in folders for place, _, names in os.walk(top, followlinks=True) for name in names
-    ]
-    files_of_options = [path for path in paths if path.suffix in (".yaml", ".yml")]
-    return any(_has_varying_defaults(path) for path in (*files_of_options, *list_own_experiments()))
+    return any(map(_has_varying_defaults, list_option_files(files)))
 
 
 def _has_varying_defaults(path: Path) -> bool:

@@ -40,8 +40,10 @@ def _explain_run(run: Run) -> list[str]:
         lines += [f"  stale by {kind}: {what}; rerun=[{kind}] runs it again" for kind, what in standing.stale.items()]
     if standing.final:
         lines.append("  not run again: this code would fail again; 'snowrepro retry' tries all the same")
-    if standing.state in (states.BROKEN, states.FAILED, states.TIMED_OUT, states.INTERRUPTED) and not standing.final:
+    if standing.state in (states.BROKEN, states.FAILED, states.TIMED_OUT) and not standing.final:
         lines.append("  the next 'snowrepro run' of it runs it again")
+    if standing.state == states.INTERRUPTED:
+        lines.append("  the next 'snowrepro run' of it goes on from what was kept")
     died = lease.dead_holder(run.work) if is_own_folder(run.work, run.store) else None
     return [*lines, f"  last worked on by {died}, which died"] if died else lines
 
@@ -62,7 +64,7 @@ def id_of_run(name: str, store: str | Path) -> str:
     """The id of the one run of a store whose id is, begins with or ends in ``name``.  Raises ConfigError."""
     run_id = find_id(name, _known(Path(store)), store)
     if run_id is None:
-        sweep = record.find_sweep(name, store)
+        sweep = record.find_sweep(name, store, is_name=True)
         hint = (
             f"; of the sweep '{sweep}' they are named by: snowrepro status --list {shlex.quote(sweep)}" if sweep else ""
         )

@@ -16,7 +16,7 @@ from ..composition.overrides import prepare_overrides, read_folder
 from ..errors import ConfigError
 from ..settings.question import Experiment
 from ..store.run import Run
-from .enumeration import Planned, enumerate_runs
+from .enumeration import MOST_RUNS, Planned, enumerate_runs
 
 MOST_SEEDS = 100
 
@@ -51,7 +51,7 @@ def make_plan(overrides: Sequence[str], multirun: bool, part: tuple[int, int] | 
     hydra = compose_raw(fixed, hydra_node=True).hydra
     is_sweep = multirun or hydra.mode == RunMode.MULTIRUN
     if swept and not is_sweep:
-        raise ConfigError(f"{', '.join(swept)} names several runs: add -m to run them all")
+        raise ConfigError(f"{', '.join(swept)} names several runs: add -m, which makes them a sweep")
     if not is_sweep:
         planned = (Planned(Run(compose(fixed)), tuple(fixed)),)
         return Plan(planned[first - 1 :: step], False, tuple(overrides))
@@ -59,6 +59,11 @@ def make_plan(overrides: Sequence[str], multirun: bool, part: tuple[int, int] | 
     axes = {**_every_variant(overrides), **(hydra.sweeper.params or {})}
     params = [f"{key}={value}" for key, value in axes.items()]
     return Plan(enumerate_runs(_parse([*params, *overrides]), (first, step)), True, tuple(overrides))
+
+
+def compose_first_run(overrides: Sequence[str]) -> Run:
+    """The first run of a sweep, without composing the others.  Raises ConfigError."""
+    return make_plan(overrides, multirun=True, part=(1, MOST_RUNS)).runs[0]
 
 
 def split_swept(overrides: Sequence[str]) -> tuple[list[str], list[str]]:

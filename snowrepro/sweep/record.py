@@ -120,7 +120,7 @@ def read_record(name: str, store: str | Path) -> Record:
     Raises ConfigError with the names that there are; Unreadable where the record is none.
     """
     if name not in list_sweeps(store):
-        raise ConfigError(_explain_missing(name, store))
+        raise ConfigError(explain_missing(name, store))
     path = locate_sweep(name, store) / RECORD
     content = models.read_model(path, models.SweepRecord, models.MOST_RECORD, Path(store))
     if content is None:
@@ -139,23 +139,29 @@ def read_all(store: str | Path) -> tuple[list[Record], list[str]]:
     return records, problems
 
 
-def find_sweep(word: str, store: str | Path, more: Sequence[str] = ()) -> str | None:
+def find_sweep(word: str, store: str | Path, more: Sequence[str] = (), is_name: bool = False) -> str | None:
     """The name of the remembered sweep that a word stands for; None if it stands for none.
 
     That is the sweep of this name; else the newest of the experiment of this name, and where ``more`` overrides are
-    asked for, of those that differ from them in seeds alone; else the only sweep whose name begins so.  Says in the log
-    which one it takes of several.
+    asked for, of those that differ from them in seeds alone; else the only sweep whose name begins so.  A word that
+    could be an override is none of these unless ``is_name``.  Says in the log which one it takes of several.
     """
     names = list_sweeps(store)
     if word in names:
         return word
-    if not word or "=" in word:
+    if not word or (_could_be_override(word) and not is_name):
         return None
     fitting = _list_of_experiment(word, more, names, store)
     if len(fitting) > 1:
         log.warning("'%s' stands for the newest of %d sweeps: %s", word, len(fitting), fitting[0])
-    begun = [name for name in names if name.startswith(word) and not name.startswith(f"{word},")]
+    is_part = "," in word or "=" in word  # of a name, and not all of an experiment's
+    begun = [name for name in names if name.startswith(word) and (is_part or not name.startswith(f"{word},"))]
     return fitting[0] if fitting else begun[0] if len(begun) == 1 else None
+
+
+def _could_be_override(word: str) -> bool:
+    """Whether a word could be an override of one key, such as pressure=340,530."""
+    return word.count("=") == 1 and "," not in word.partition("=")[0]
 
 
 def require_sweep(word: str, store: str | Path, more: Sequence[str] = ()) -> str:
@@ -163,9 +169,9 @@ def require_sweep(word: str, store: str | Path, more: Sequence[str] = ()) -> str
 
     Raises ConfigError with the names that there are, the nearest first, and what to do.
     """
-    name = find_sweep(word, store, more)
+    name = find_sweep(word, store, more, is_name=True)
     if name is None:
-        raise ConfigError(_explain_missing(word, store, more))
+        raise ConfigError(explain_missing(word, store, more))
     return name
 
 
@@ -189,7 +195,7 @@ def _find_age(record: Record) -> tuple[str, int]:
     return record.recorded, record.path.lstat().st_mtime_ns
 
 
-def _explain_missing(word: str, store: str | Path, more: Sequence[str] = ()) -> str:
+def explain_missing(word: str, store: str | Path, more: Sequence[str] = ()) -> str:
     """A line that says that there is no such sweep, which there are, and what to do."""
     return f"there is no sweep '{word}' in the store '{store}'; there are: {name_nearest(word, store, more)}"
 

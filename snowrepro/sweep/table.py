@@ -90,12 +90,14 @@ class SweepTable:
 
     def time_left(self, running: Sequence[Job], now: float) -> float | None:
         """Seconds until the last job ends, from what jobs have needed so far; None before anything is known."""
-        lengths = self.lengths or [length for job in running if (length := _expected(job, now))]
+        expected = [_expected(job, now) for job in running]
+        lengths = [*self.lengths, *filter(None, expected)]  # so a job counts alike before and after its end
         if not lengths:
             return None
         mean = sum(lengths) / len(lengths)
         waiting = self.total - self.ended - len(running)
-        total = mean * waiting + sum(max(0.0, mean - (now - job.started)) for job in running)
+        pairs = zip(running, expected, strict=True)
+        total = mean * waiting + sum(max(0.0, (length or mean) - (now - job.started)) for job, length in pairs)
         return total / max(1, min(self.workers, len(running) + waiting))
 
     def _line(self, running: Sequence[Job], now: float, text: str) -> None:

@@ -1,5 +1,6 @@
 """The command line as a user meets it: processes, exit codes, and the disk afterwards."""
 
+import functools
 import json
 import os
 import re
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from tests.command_line import run_new
 from tests.conftest import SMALL
 
 ROOT = Path(__file__).parents[2]
@@ -53,14 +55,18 @@ def test_a_diverging_run_fails_with_exit_3(snowrepro, tmp_path):
     assert "diverged in frame" in json.loads(failed.read_text())["message"]
 
 
-def test_a_run_explains_itself_and_is_found_done(snowrepro, tmp_path):
-    """One file with units everywhere; the second call simulates nothing and says the same."""
+def test_a_run_explains_itself_and_is_found_done(tmp_path):
+    """One file with units everywhere; the second call simulates nothing and says the same.
+
+    In processes as a user has them.
+    """
+    snowrepro = functools.partial(run_new, cwd=tmp_path)
     first = snowrepro("run", *SMALL)
     assert first.returncode == 0, first.stderr
     (path,) = results(tmp_path)
     assert first.stdout.splitlines()[-1] == str(path.relative_to(tmp_path))
     assert re.match(r".*\d+ % of the mass is ", first.stdout.splitlines()[0])
-    assert re.search(r"^pressure +2000 kg cell⁻¹ s⁻²$", first.stdout, re.MULTILINE)
+    assert re.search(r"^pressure +3300 kg cell⁻¹ s⁻²$", first.stdout, re.MULTILINE)
     assert f"snowrepro explain {path.parent.name} " in first.stderr
     with xr.open_dataset(path) as run:
         assert {"x", "y", "snapshot_time"} <= set(run.coords) and run.attrs["Conventions"].startswith("CF-")

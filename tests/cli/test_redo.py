@@ -4,7 +4,6 @@ import json
 import re
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +15,7 @@ from snowrepro.composition.compose import compose, config_from
 from snowrepro.store import manifest
 from snowrepro.store.bits import digests
 from snowrepro.store.run import Run, open_run
+from tests import command_line
 from tests.configs import carrying, changed
 from tests.conftest import SMALL
 
@@ -37,8 +37,7 @@ def redone(small_run, small_config, tmp_path_factory) -> tuple[subprocess.Comple
     place = tmp_path_factory.mktemp("redo")
     run = Run(changed(small_config, store=str(tmp_path_factory.mktemp("elsewhere"))))
     path = alone(run.save(small_run, wall_seconds=1.0).parent, place)
-    command = [sys.executable, "-m", "snowrepro", "redo", path.name]
-    return subprocess.run(command, cwd=place, capture_output=True, text=True, timeout=300), place
+    return command_line.run("redo", path.name, cwd=place), place
 
 
 @pytest.fixture

@@ -1,10 +1,12 @@
 """Sweeps on the command line: what one of the user's own says at its end, and what is remembered of one refused."""
 
+import re
 import shlex
 
 import pytest
 
-from snowrepro.cli import sweeping
+from snowrepro.cli import folders, sweeping
+from snowrepro.cli.main import read_command_line
 from snowrepro.cli.plans import plan_sweep
 from snowrepro.cli.sweeping import describe_sweep
 from snowrepro.composition.overrides import override_folder
@@ -80,3 +82,63 @@ def test_a_named_sweep_takes_other_seeds(tmp_path):
     assert sorted({run.case.seed for run in plan.runs}) == [0, 1, 2]
     assert record.name_sweep(plan.overrides) == "fig5,pressure=500,seed=0,1,2"
     assert len(plan_sweep(["fig5", store], multirun=False).runs) == 4
+
+
+def call(*words: str) -> None:
+    """Do what a verb does, in this process."""
+    options, named = read_command_line(words)
+    folders.settle_folders(options, named)
+    options.execute(options)
+
+
+@pytest.fixture
+def remembered(tmp_path, monkeypatch) -> str:
+    """The name of the one sweep that a store remembers, in the working folder."""
+    monkeypatch.chdir(tmp_path)
+    return record.write_record(make_plan(["pressure=500,900", "sintering=paper,none"], multirun=True)).name
+
+
+@pytest.mark.parametrize("words", [["pressure=500,900"], ["-m", "pressure=500,900"], ["pressure=500,900,sintering=p"]])
+def test_status_needs_no_word_for_several_runs(remembered, capsys, words):
+    """It counts what the same words would run, or what the name begins."""
+    call("status", *words)
+    first, *_ = capsys.readouterr().out.splitlines()
+    assert re.fullmatch(r"pressure=500,900(: 2|,sintering=paper,none: 4) pending", first)
+
+
+@pytest.mark.parametrize(
+    ("verb", "message"),
+    [
+        ("run", "pressure=1,2 names several runs: add -m, which makes them a sweep"),
+        ("plan", "pressure=1,2 names several runs: add -m, which makes them a sweep"),
+        ("config", "pressure=1,2 names several runs, and this prints the settings of one: name one value"),
+        ("report", "there is no sweep 'pressure=1,2' .*; this makes it: snowrepro run -m pressure=1,2"),
+    ],
+)
+def test_each_verb_says_what_to_do_with_several_runs(remembered, verb, message):
+    """What is true of it."""
+    with pytest.raises(ConfigError, match=message):
+        call(verb, "pressure=1,2")
+
+
+@pytest.mark.parametrize(
+    "words", [["sintering=paper,none", "pressure=500,900"], ["pressure=500,900,sintering=p"], ["pressure=500,900",
+              "sintering=paper,none", "seeds=2"]],
+)  # fmt: skip
+def test_a_report_finds_a_sweep_by_its_words(remembered, monkeypatch, words):
+    """In any order, by the beginning of its name, and with other seeds."""
+    asked: list[list[str]] = []
+    monkeypatch.setattr("snowrepro.cli.reporting.print_report", lambda overrides, store: asked.append(overrides))
+    call("report", *words)
+    (overrides,) = asked
+    assert record.name_without_seeds(overrides) == remembered
+    assert ("seed=0,1" in overrides) == ("seeds=2" in words)
+
+
+def test_a_report_without_a_sweep_is_on_the_paper(remembered, monkeypatch):
+    """Where the words are those of no sweep, and name one value each."""
+    asked: list[list[str]] = []
+    monkeypatch.setattr("snowrepro.cli.reporting.print_paper_report", lambda overrides, store: asked.append(overrides))
+    call("report", "fidelity=preview")
+    call("report")
+    assert asked == [["fidelity=preview", "store='runs'"], ["store='runs'"]]

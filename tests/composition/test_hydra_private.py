@@ -150,6 +150,17 @@ def test_options_can_be_offered_that_no_file_has():
     assert "variant" not in OmegaConf.to_container(windy)
 
 
+def test_what_is_offered_again_counts_as_it_is_now():
+    """Other content, and the same once Hydra has forgotten it."""
+    kept = ConfigStore.instance().repo.setdefault("variant", {})
+    for gravity in (77.0, 78.0, 78.0):
+        hydra_private.offer_options("variant", {"windy": {"reading": {"gravity": gravity}}})
+        assert kept["windy.yaml"].node.reading.gravity == gravity
+    del kept["windy.yaml"]
+    hydra_private.offer_options("variant", {"windy": {"reading": {"gravity": 78.0}}})
+    assert kept.pop("windy.yaml").node.reading.gravity == 78.0
+
+
 @pytest.mark.parametrize(
     ("what", "pattern"),
     [

@@ -12,7 +12,8 @@ import xarray as xr
 from PIL import Image
 
 import snowrepro as api
-from snowrepro.errors import ConfigError
+from snowrepro.errors import ConfigError, DataError, StoreError
+from snowrepro.notebook.arguments import name_arguments
 from snowrepro.settings.config import Config
 from snowrepro.store.run import Run
 from snowrepro.sweep import record
@@ -45,7 +46,7 @@ def test_a_run_in_memory(small_run, small_config):
     """Its scene, a sentence with the numbers of its row, the last frame, and units."""
     view, row = api.show(small_run), api.summarise(small_run)
     text = str(view)
-    assert "ball on L, pressure 3000, sintering" in text
+    assert "ball on L, pressure 3000 kg cell⁻¹ s⁻², sintering" in text
     assert f"{row['lump_fraction']:.0%} of the mass is in {row['lumps']} lump".replace("%", " %") in text
     assert f"part of the mass in lumps: {row['lump_fraction']:.4g}" in text
     assert re.search(r"largest speed of a particle while falling: [\d.]+ cells/s", text)
@@ -73,6 +74,55 @@ def test_a_stored_run_by_its_id_and_path(store):
         api.show(api.open_run(run_id, store)),
     ]
     assert len({view.html for view in views}) == 1 and run_id in views[0].text
+
+
+def test_numbers_of_a_stored_run_by_its_id(store, monkeypatch):
+    """Whole, its end, and its path give what the opened run gives; a name of none, or of several, is refused."""
+    run_id = next(path.name for path in store.iterdir() if path.name.startswith("ball-L-3000-paper"))
+    opened = api.open_run(run_id, store)
+    monkeypatch.chdir(store.parent)
+    for name in (run_id, run_id[-10:]):
+        assert api.summarise(name, store=store) == api.summarise(opened)
+        assert api.classify(name, store=store).measures() == api.classify(opened).measures()
+    assert api.summarise(store / run_id)["run_id"] == run_id
+    with pytest.raises(StoreError, match="there is no run 'nothing'"):
+        api.summarise("nothing", store=store)
+    with pytest.raises(ConfigError, match="should name one run"):
+        api.classify("ball", store=store)
+
+
+def test_errors_name_the_arguments_of_python(small_run):
+    """Not the options of the command line."""
+    with pytest.raises(ConfigError, match=r"^speed= should be above 0 and at most"):
+        api.animate(small_run, speed=-1)
+    with pytest.raises(ConfigError, match=r"^start= should be a frame from 0 to 60 \(got 61\)"):
+        api.animate(small_run, start=61)
+    with pytest.raises(ConfigError, match=r"^speed= of 0.0001 makes a picture last [\d,]+ s, and 600 s is the most$"):
+        api.animate(small_run, speed=0.0001)
+    with pytest.raises(DataError, match=r"give the frame .* with release=, or as the attribute"):
+        api.classify(np.zeros((3, 5, 2)))
+    with pytest.raises(DataError, match=r"no variable 'q' that can be read \(position=\)"):
+        api.classify(small_run, position="q")
+    assert name_arguments("or none, --id none") == 'or none, particle_id="none"'
+    assert name_arguments("more than 9: lower --fps or raise --speed") == "more than 9: raise speed="
+
+
+def test_a_sweep_by_its_table(store):
+    """The picture is that of the sweep, with its units; some of its rows and own columns are drawn too."""
+    table = api.sweep_table("mine", store)
+    figures = [api.plot(data, x="pressure", store=store).figure for data in ("mine", table)]
+    assert len({figure.get_suptitle() for figure in figures}) == 1
+    assert len({figure._supxlabel.get_text() for figure in figures}) == 1
+    assert "kg cell⁻¹ s⁻²" in figures[1]._supxlabel.get_text()
+    assert api.plot(table).to_png() == api.plot("mine", store=store).to_png()
+    part = table[table["sintering"] == "paper"].assign(rest=1 - table["lump_fraction"])
+    assert "rest" in api.plot(part, y="rest").figure._supylabel.get_text()
+    grid = api.open_sweep("mine", store).to_dataframe()
+    assert "mass in lumps" in api.plot(grid).figure._supylabel.get_text()
+    with pytest.raises(ConfigError, match=r"this table is not of a sweep.*it has no run_id"):
+        api.plot(pd.DataFrame({"a": [1]}))
+    with pytest.raises(ConfigError, match="by and frame are for runs"):
+        api.plot(table, by="snow")
 
 
 def test_a_sweep_by_its_name_its_grid_and_its_table(store):

@@ -18,7 +18,8 @@ def test_figure_5_is_a_table():
     runs = make_plan(["experiment=fig5"], False).runs
     keys = find_varied_keys(runs)
     assert keys == ["pressure", "sintering.name"]
-    assert format_title(runs, keys) == "ball on L"
+    assert format_title(runs, keys) == "ball on L, pressure in kg cell⁻¹ s⁻²"
+    assert format_title(runs[:1], []) == "ball on L, pressure 340 kg cell⁻¹ s⁻², sintering"
     shown = dict(zip(arrange_panels(runs, keys, ASPECT), [format_label(run, keys) for run in runs], strict=True))
     assert shown == {
         (row, column): f"pressure {pressure}, {arm}"

@@ -66,7 +66,7 @@ def test_one_scene_on_disk(judged, tmp_path):
     page = (report.evidence.folder / "index.md").read_text()
     assert page.index("| C1 |") < page.index("response.png") < page.index("The rules by which")
     assert "snowrepro run experiment=fig6 seed=0,1,2" in page
-    told = "mass in lumps change from 340 to 3300: 0.60 \\[0.60, 0.60\\], 3 seeds."
+    told = "change of the mass in lumps from 340 to 3300: 0.60 \\[0.60, 0.60\\], 3 seeds."
     assert f"**C1.** With sintering, lumps grow with pressure. **REPRODUCED**, Fig. 6, star on stair3: {told}" in (
         page.replace("Fig\\.", "Fig.")
     )

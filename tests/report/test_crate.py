@@ -4,7 +4,6 @@ import json
 import os
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 from urllib.parse import unquote
 
@@ -17,6 +16,7 @@ from snowrepro.store import manifest
 from snowrepro.store.files import sha256
 from snowrepro.sweep import record
 from snowrepro.sweep.plan import make_plan
+from tests import command_line
 from tests.conftest import SMALL
 from tests.report.small_runs import saved
 
@@ -48,9 +48,7 @@ def sweep(small_run, tmp_path_factory) -> tuple[Path, str]:
 def written(sweep, tmp_path_factory) -> Path:
     """The crate of that sweep, called by its experiment's name, with nothing stated."""
     out = tmp_path_factory.mktemp("written") / "crate"
-    options = ["fig5", "--out", str(out)]
-    command = [sys.executable, "-m", "snowrepro", "crate", *options]
-    done = subprocess.run(command, cwd=sweep[0], capture_output=True, text=True, timeout=300)
+    done = command_line.run("crate", "fig5", "--out", str(out), cwd=sweep[0])
     assert (done.returncode, done.stdout) == (0, f"{out}\n"), done.stderr
     assert "without a result: 2 of 6 runs:" in done.stderr
     return out

@@ -129,7 +129,7 @@ def test_axes_can_be_logarithmic(sweep):
 @pytest.mark.parametrize(
     ("roles", "told"),
     [
-        ({"x": "presure"}, r"has no column 'presure'; did you mean 'pressure'\? There are: pressure, shape, floor,"),
+        ({"x": "presure"}, r"has no column 'presure'; did you mean 'pressure'\? There are:\n  pressure, shape, floor,"),
         ({"y": "reading.gravty"}, r"has no column 'reading.gravty'; did you mean 'reading.gravity'\?"),
         ({"colour": "run_id"}, "has no column 'run_id'"),
         ({"y": "definition"}, "'definition' holds words, and the upright axis needs numbers"),

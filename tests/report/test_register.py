@@ -1,6 +1,7 @@
 """What the paper leaves open: nothing forgotten, and the right words for what other choices did."""
 
-from functools import reduce
+from functools import cache, reduce
+from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -52,17 +53,25 @@ def test_every_switch_of_the_reading_is_registered_and_no_other_key():
     assert switches == set(Reading.model_fields) - {"name"}
 
 
-def test_every_switch_is_tried_otherwise_by_the_experiment(tmp_path):
-    """Each in at least one variant, and each variant tests an entry; nothing was run yet."""
-    plan = make_plan(["experiment=readings", "pressure=340", "sintering=paper", f"store={tmp_path}"], False)
+@cache
+def compare_unrun(study: str) -> tuple[Run, Comparison]:
+    """The base of a study, and its variants, of which nothing was run yet; planned once, as it takes long."""
+    plan = make_plan([f"experiment={study}", "pressure=340", "sintering=paper", "store=nowhere"], False)
     missing = frozenset(run.id for run in plan.runs)
-    comparison = compare_variants(Evidence(plan.experiment, plan.runs, pd.DataFrame(), tmp_path, missing))
+    return plan.runs[0], compare_variants(
+        Evidence(plan.experiment, plan.runs, pd.DataFrame(), Path("nowhere"), missing)
+    )
+
+
+def test_every_switch_is_tried_otherwise_by_the_experiment():
+    """Each in at least one variant, and each variant tests an entry; nothing was run yet."""
+    base, comparison = compare_unrun("readings")
     assert comparison.base.name == "base"
     changed = [set(v.changes) for v in comparison.changed_variants]
     assert {f"reading.{name}" for name in Reading.model_fields} - {"reading.name"} <= set.union(*changed)
     keys = {key for entry in register.read_entries() for key in entry.keys}
     assert all(keys & names for names in changed)
-    sentence, table = register.make_blocks(comparison, plan.runs[0])
+    sentence, table = register.make_blocks(comparison, base)
     assert sentence.startswith("**Not tried here**") and "moves a claim" not in sentence
     assert (table.frame["what they do to Figure 5"] == "-").all()
 
@@ -128,9 +137,7 @@ def test_texts_fit_into_a_table():
 
 
 @pytest.mark.parametrize("study", ["readings", "convergence"])
-def test_every_variant_of_a_study_has_words(tmp_path, study):
+def test_every_variant_of_a_study_has_words(study):
     """So that no page shows raw settings."""
-    plan = make_plan([f"experiment={study}", "pressure=340", "sintering=paper", f"store={tmp_path}"], False)
-    missing = frozenset(run.id for run in plan.runs)
-    found = compare_variants(Evidence(plan.experiment, plan.runs, pd.DataFrame(), tmp_path, missing)).changed_variants
+    found = compare_unrun(study)[1].changed_variants
     assert [variant.name for variant in found if describe_change(variant) == variant.name] == []

@@ -80,6 +80,15 @@ def test_what_varies_and_the_numbers(report):
     assert "3 of 8 runs have no result" in page
 
 
+def test_no_title_stands_twice_and_no_section_is_empty(report):
+    """What the page is called is not said again; a heading whose only picture is at the top is left out."""
+    _, page = report
+    heads = [line.lstrip("# ") for line in page.splitlines() if line.startswith("#")]
+    assert len(set(heads)) == len(heads) and "Results" in heads
+    assert "Results over what varies" not in heads and "at the top" not in page
+    assert "by fragment: lumps in 5 colours, powder grey." in page
+
+
 @pytest.fixture
 def without_snow(monkeypatch):
     """Reports without what takes long."""

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from snowrepro.composition.compose import compose
+from snowrepro.composition.compose import compose, list_option_files, option_files
+from snowrepro.composition.experiments import CONF_DIR
 from snowrepro.report.page.unchanged import STAMP, digest_inputs, draw_if_changed
 from snowrepro.store import lease
 from snowrepro.store.run import Run
@@ -76,35 +77,79 @@ def test_a_drawing_that_failed_leaves_no_stamp(drawing):
     assert drawing.ask("a") and drawing.ask("b")
 
 
-def test_inputs_change_with_all_that_a_report_is_drawn_from(tmp_path, monkeypatch):
-    """Runs, what is asked of them, files of the store, own options; not what readers write beside a result."""
+@pytest.fixture
+def folder(tmp_path, monkeypatch) -> Path:
+    """A working folder with a store of one run, own options, a drawing that one names, and a copy of the program."""
     monkeypatch.chdir(tmp_path)
-    store = tmp_path / "runs"
-    words = ["experiment=fig5", f"store={store}"]
-    run = Run(compose(["pressure=500", *words]))
+    texts = {
+        "runs/a/run.nc": "1234",
+        "conf/shape/flake.yaml": "name: flake\noutline: {kind: svg, file: my flake.svg, width: 3}\n",
+        "experiments/stairs.yaml": "# @package _global_\nexperiment: {name: stairs}\n",
+        "more/floor/far.yaml": "name: far\n",
+        "my flake.svg": "<svg/>",
+        "ball.svg": "<svg/>",
+        "program/report.py": "x = 1",
+    }
+    for name, text in texts.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+    monkeypatch.setattr("snowrepro.report.page.unchanged.PACKAGE", tmp_path / "program")
+    return tmp_path
 
-    def digest(run: Run = run) -> str | None:
-        return digest_inputs([[run]], words, store)
 
-    digests = [digest(), digest(Run(compose(["pressure=600", *words]))),
-               digest(Run(compose(["pressure=500", "claims.alpha=0.01", *words])))]  # fmt: skip
-    run.folder.mkdir(parents=True)
-    (run.folder / "run.nc").write_text("1234")
-    digests.append(digest())
-    (run.folder / "summary.json").write_text("{}")
-    assert digest() == digests[-1]
-    os.utime(run.folder / "run.nc", (1, 1))
-    digests.append(digest())
-    (tmp_path / "conf").mkdir()
-    (tmp_path / "conf" / "own.yaml").write_text("a: 1")
-    digests.append(digest())
-    assert digest() == digests[-1] and None not in digests
-    assert len(set(digests)) == len(digests)
+def digest(folder: Path, *more: str) -> str | None:
+    """The digest of a report on the store of a folder."""
+    words = ["experiment=fig5", f"hydra.searchpath=[file://{folder}/more]", "+shape.outline.file=ball.svg", *more]
+    return digest_inputs(words, folder / "runs")
+
+
+@pytest.mark.parametrize(
+    "name", ["conf/shape/flake.yaml", "experiments/stairs.yaml", "more/floor/far.yaml", "my flake.svg", "ball.svg",
+             "program/report.py", "runs/a/run.nc", "runs/.work/b/failure.json"]
+)  # fmt: skip
+@pytest.mark.parametrize("change", ["other text", "removed"])
+def test_inputs_change_with_each_file_that_a_report_is_drawn_from(folder, name, change):
+    """Options wherever they lie, drawings that they or the overrides name, the program, and runs, done or not."""
+    (folder / name).parent.mkdir(parents=True, exist_ok=True)
+    (folder / name).write_text((folder / name).read_text() if (folder / name).exists() else "{}")
+    before = digest(folder)
+    assert before and digest(folder) == before
+    if change == "removed":
+        (folder / name).unlink()
+    else:
+        (folder / name).write_text("name: other\n# @package _global_")
+    assert digest(folder) not in (before, None)
+
+
+def test_inputs_change_with_what_is_asked_and_what_is_in_the_store(folder, monkeypatch):
+    """Overrides, a new run, the time of a result, the environment where a setting is taken from it.
+
+    What readers write beside a result is not among them.
+    """
+    digests = [digest(folder), digest(folder, "claims.alpha=0.01"), digest(folder, "seed=${oc.env:SEED}")]
+    monkeypatch.setenv("SEED", "3")
+    assert digest(folder) == digests[0]
+    digests.append(digest(folder, "seed=${oc.env:SEED}"))
+    (folder / "runs" / "b").mkdir()
+    digests.append(digest(folder))
+    (folder / "runs" / "a" / "summary.json").write_text("{}")
+    assert digest(folder) == digests[-1]
+    os.utime(folder / "runs" / "a" / "run.nc", (1, 1))
+    digests.append(digest(folder))
+    assert None not in digests and len(set(digests)) == len(digests)
+
+
+def test_inputs_change_with_the_options_of_the_program(folder, monkeypatch):
+    """An option file of the program is one of those that Hydra finds."""
+    before = digest(folder)
+    monkeypatch.setattr("snowrepro.report.page.unchanged.option_files", lambda words: option_files([]))
+    assert digest(folder) != before
+    assert CONF_DIR / "config.yaml" in list_option_files(option_files([]))
 
 
 def test_nothing_is_known_while_somebody_works_on_a_run(tmp_path):
     run = Run(compose(["pressure=500", f"store={tmp_path}"]))
     held = lease.take(run.work)
-    assert held and digest_inputs([[run]], [], tmp_path) is None
+    assert held and digest_inputs([], tmp_path) is None
     held.release()
-    assert digest_inputs([[run]], [], tmp_path) is not None
+    assert digest_inputs([], tmp_path) is not None

@@ -168,10 +168,21 @@ def test_the_table_shows_what_runs_and_what_failed(tmp_path):
     cells = [list(column.cells) for column in drawn.columns]
     assert cells[0] == ["bad", "job 50"] and cells[1] == ["failed", "running, try 2"]
     assert cells[2][1] == "30/60" and cells[3][1] == "10.0" and cells[4][1] == "0:03"
-    # 89 wait for 2 s each, as nine took; the one that runs should have ended; two at a time
-    assert drawn.caption == "10 of 100 ended, 1 failed, 54.0 a minute, about 1:29 left"
+    # 89 wait for 2.4 s each, as nine took 2 s and the one that runs will take 6 s, 3 s more; two at a time
+    assert drawn.caption == "10 of 100 ended, 1 failed, 54.0 a minute, about 1:48 left"
     table.lengths.clear()
     assert table.time_left(running, now=10.0) == pytest.approx((89 * 6 + 3) / 2)  # half is done in 3 s
+
+
+def test_the_time_left_does_not_jump_when_a_job_ends(tmp_path):
+    """A job counts alike just before and just after its end, however long others took."""
+    table, _ = table_of(10)
+    write_json(tmp_path / "progress.json", {"frame": 60, "frames": 60, "substeps": 5})
+    slow = Job("slow", lambda job: b"", folder=tmp_path, state="running", tries=1, started=0.0)
+    table([], [ended("fast", seconds=2.0)])
+    before = table.time_left([slow], now=20.0)
+    table([], [ended("slow", seconds=20.0)])
+    assert table.time_left([], now=20.0) == pytest.approx(before) == 8 * 11 / 2
 
 
 def test_lines_in_a_log_file(tmp_path):

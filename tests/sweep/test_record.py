@@ -69,6 +69,9 @@ def store(tmp_path_factory):
         ("gr", [], "grid,floor=L,shape=ball"),
         ("press", [], "pressure=500,2000"),
         ("pressure=500", [], None),
+        ("fig5,fid", [], "fig5,fidelity=preview"),
+        ("fig5,fidelity=pre", [], "fig5,fidelity=preview"),
+        ("fig5,", [], None),
         ("fig", [], None),
         ("fig6", [], None),
         ("", [], None),
@@ -77,6 +80,21 @@ def store(tmp_path_factory):
 def test_a_name_stands_for_the_newest_sweep_of_its_experiment(store, word, more, name):
     """A whole name first; then the experiment's; then a beginning of one alone.  An override names no sweep."""
     assert record.find_sweep(word, store, more) == name
+
+
+def test_a_name_with_an_equals_sign_can_be_shortened(tmp_path):
+    """Where it could be an override of one key it is a name only for who asks for names."""
+    for sintering in ("paper,none", "none"):
+        ask(tmp_path, "fidelity=preview", "pressure=500,2000", f"sintering={sintering}")
+    begun, whole = (
+        "fidelity=preview,pressure=500,2000,sintering=p",
+        "fidelity=preview,pressure=500,2000,sintering=paper,none",
+    )
+    assert record.find_sweep(begun, tmp_path) == whole
+    assert record.find_sweep("fidelity=preview,pressure", tmp_path) is None, "it begins two"
+    ask(tmp_path, "pressure=7,8", "seed=0,1")
+    assert record.find_sweep("pressure=7", tmp_path) is None
+    assert record.require_sweep("pressure=7", tmp_path) == "pressure=7,8,seed=0,1"
 
 
 def test_which_of_several_sweeps_is_taken_is_said(store, caplog):

@@ -125,7 +125,7 @@ def test_snow_separates_from_the_floor(taichi):
     np.testing.assert_allclose(motion.mean("velocity"), [3.0, 30.0 - 10 * GRAVITY * 0.02], rtol=1e-9)
 
 
-@pytest.mark.parametrize("contact", ["legacy", "coulomb"])
+@pytest.mark.parametrize("contact", ["legacy", pytest.param("coulomb", marks=pytest.mark.nightly)])
 def test_a_mirrored_scene_gives_the_mirrored_run(contact):
     """Ball on a lopsided floor, left and right swapped: the same to round-off up to and past the impact."""
     small = ["fidelity=preview", "loading.press_frames=4", "loading.frames=26", f"reading.contact={contact}"]

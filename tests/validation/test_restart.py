@@ -1,6 +1,7 @@
 """A run that was stopped and goes on gives the same bits as one that never stopped."""
 
 import re
+import signal
 import subprocess
 import sys
 import time
@@ -14,11 +15,13 @@ from snowrepro.composition.compose import compose
 from snowrepro.errors import Diverged
 from snowrepro.mpm.state import PARTICLE_STATE
 from snowrepro.run import do_run, simulate
-from snowrepro.store import manifest
+from snowrepro.store import manifest, states
 from snowrepro.store.run import CHECKPOINT, Run, open_run
 from tests.conftest import SMALL
 
 LONG = ["fidelity=preview", "pressure=3000", "loading.frames=320", "reading.drop_height=20", "checkpoint_seconds=0"]
+WITH_STATE = ("reading.density_changes=moduli_and_volume", "reading.cadence=substep", "reading.release=rest")
+EVERY_STAGE = (0, 7, 20, 21, 48, 59)  # frames
 
 
 def assert_same_bits(one: xr.Dataset, other: xr.Dataset) -> None:
@@ -29,19 +32,49 @@ def assert_same_bits(one: xr.Dataset, other: xr.Dataset) -> None:
 
 
 @pytest.mark.parametrize(
-    "reading",
+    ("reading", "frames"),
     [
-        ["reading.density_changes=moduli_and_volume", "reading.cadence=substep", "reading.release=rest"],
-        pytest.param([], marks=pytest.mark.nightly),
+        (WITH_STATE, (7, 20, 48)),
+        pytest.param(WITH_STATE, EVERY_STAGE, marks=pytest.mark.nightly),
+        pytest.param((), EVERY_STAGE, marks=pytest.mark.nightly),
     ],
 )
-def test_going_on_from_any_frame(reading):
+def test_going_on_from_any_frame(reading, frames):
     """From the start, in mid-press, on both sides of the release, in the impact: in every reading that keeps state."""
     config = compose([*SMALL, "pressure=3000", *reading])
     saved = {}
     whole = simulate(config, lambda progress: saved.update({progress.frame: progress.checkpoint()}))
-    for frame in (0, 7, 20, 21, 48, 59):
+    for frame in frames:
         assert_same_bits(simulate(config, resume=saved[frame]), whole)
+
+
+@pytest.fixture
+def terminate():
+    """A function that sends this process the signal of a batch system's end, as orderly as Ctrl-C."""
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    yield lambda: signal.raise_signal(signal.SIGTERM)
+    signal.signal(signal.SIGTERM, before)
+
+
+def test_an_interrupt_keeps_the_frame_that_it_comes_in(tmp_path, terminate, small_run):
+    """The next attempt goes on from it, to the same bits; a second interrupt does not wait for the frame's end."""
+    run = Run(compose([*SMALL, "pressure=3000", "checkpoint_seconds=1000", f"store={tmp_path}"]))
+
+    def stop(frame: int, times: int) -> str:
+        """Interrupt an attempt in a frame; returns what the store says of it."""
+        with pytest.raises(KeyboardInterrupt):
+            do_run(run, lambda now: [terminate() for _ in range(times)] if now.frame == frame else None)
+        return states.standing(run).reason
+
+    assert stop(9, times=2) == "stopped in frame 10"
+    assert stop(30, times=1) == "stopped after frame 30, kept a checkpoint"
+    assert int(run.checkpoint()["frame"]) == 30
+    assert signal.getsignal(signal.SIGTERM) is signal.default_int_handler
+    frames: list[int] = []
+    do_run(run, lambda now: frames.append(now.frame))
+    assert frames[0] == 31
+    with open_run(run.result) as again:
+        assert_same_bits(again, small_run)
 
 
 @pytest.mark.nightly

@@ -1,6 +1,7 @@
 """``snowrepro report``: one page with verdicts, pictures and data, from the store alone."""
 
 import argparse
+import shlex
 from collections.abc import Sequence
 
 from ...composition import overrides
@@ -22,7 +23,8 @@ examples:
   snowrepro report fidelity=preview        the same from coarse runs
   snowrepro report fig5
   snowrepro report fig5 seeds=3 store=/shared/runs
-  snowrepro report pressure=500,2000,sintering=paper,none   any sweep, by the name that 'snowrepro status' shows
+  snowrepro report pressure=340,3300,sintering=paper,none   any sweep, by the name that 'snowrepro status' shows
+  snowrepro report pressure=340,3300 sintering=paper,none   the same, by the words of 'snowrepro run -m'
   snowrepro report fig5 --against fig5,reading=si           two sweeps side by side, differences first
   snowrepro report fig5 --against fig5 --against-store ../before/runs      two versions
 
@@ -50,11 +52,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(options: argparse.Namespace) -> ExitCode:
     """Write a report from the store alone: of the whole paper, or of one experiment or sweep."""
     store, words = sweep_plan.split_store(options.overrides)
-    name = words.pop(0) if words and (plans.is_name(words[0]) or words[0] in record.list_sweeps(store)) else ""
+    name = words.pop(0) if words and plans.names_sweep(words[0], store) else ""
     if options.against:
         return _compare(name, words, options.against, store, options.against_store or store)
     names_experiment = any(word.startswith("experiment=") for word in words)
-    if name == PAPER or not (name or names_experiment):
+    if name == PAPER or not (name or names_experiment or _ask_for_own_sweep(words, store)):
         if any(word.startswith(("seeds=", "seed=")) for word in words):
             raise ConfigError(
                 "without a name this is the report on the paper, which shows every seed that was asked for: leave out "
@@ -65,6 +67,19 @@ def execute(options: argparse.Namespace) -> ExitCode:
         return ExitCode.FINE
     reporting.print_report(plans.expand_name(name, words, store), store)
     return ExitCode.FINE
+
+
+def _ask_for_own_sweep(words: Sequence[str], store: str) -> bool:
+    """Whether overrides are those of a remembered sweep.  Raises ConfigError where they could only be, and are not."""
+    _, others = sweep_plan.split_seeds(words)
+    if not others:
+        return False
+    if record.find_records(others, store):
+        return True
+    if sweep_plan.split_swept(record.drop_seeds(others))[1]:
+        asked = shlex.join(["snowrepro", "run", "-m", *words])
+        raise ConfigError(f"{record.explain_missing(record.name_sweep(words), store)}; this makes it: {asked}")
+    return False
 
 
 def _compare(name: str, words: Sequence[str], against: str, store: str, against_store: str) -> ExitCode:

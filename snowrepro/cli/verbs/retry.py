@@ -9,7 +9,7 @@ from ...store import states
 from ...sweep import explain, record
 from ...sweep import plan as sweep_plan
 from .. import candidates, plans, screen, single, sweeping
-from ..arguments import EXITS, SWEEP, add_folders, add_multirun, complete_by
+from ..arguments import EXITS, SWEEP, add_folders, add_needless_multirun, complete_by
 
 HELP = f"""\
 A run that diverged is not run again by itself, as it would diverge again.  This runs what failed or took too long.
@@ -25,7 +25,7 @@ examples:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Which run or sweep."""
-    add_multirun(parser)
+    add_needless_multirun(parser)
     overrides = parser.add_argument("overrides", nargs="+", help=f"id of a run, {SWEEP}; and settings of the launcher")
     complete_by(overrides, candidates.any_of(candidates.list_sweeps, candidates.list_overrides, candidates.list_runs))
     add_folders(parser)
@@ -43,7 +43,7 @@ def execute(options: argparse.Namespace) -> ExitCode:
     if sweep:
         plan = record.plan_remembered(sweep, store, words[1:])
     else:
-        plan = plans.plan_sweep(options.overrides, options.multirun)
+        plan = plans.plan_sweep(options.overrides, multirun=True)
     sweeping.build_scenes(plan)
     _forget_failures(plan.runs)
     sweeping.run_missing(plan)

@@ -7,7 +7,7 @@ from ...store import states
 from ...sweep import plan as sweep_plan
 from ...sweep import record, todo
 from .. import candidates, costs, plans, screen
-from ..arguments import SWEEP, add_folders, add_multirun, add_verify, complete_by
+from ..arguments import SWEEP, add_folders, add_needless_multirun, add_verify, complete_by
 
 MOST_LISTED = 20  # runs of a state
 HELP = """\
@@ -22,7 +22,7 @@ examples:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Which sweep, and how much is to be said of it."""
-    add_multirun(parser)
+    add_needless_multirun(parser)
     parser.add_argument("--list", action="store_true", help="every run with its state")
     add_verify(parser)
     overrides = parser.add_argument("overrides", nargs="*", help=SWEEP)
@@ -35,7 +35,7 @@ def execute(options: argparse.Namespace) -> ExitCode:
     store, words = sweep_plan.split_store(options.overrides)
     if not words:
         return _print_all_sweeps(store)
-    plan = plans.plan_sweep(options.overrides, options.multirun)
+    plan = plans.plan_sweep(options.overrides, multirun=True)
     decided = todo.decide(plan, options.verify)
     screen.show(f"{record.name_sweep(plan.overrides)}: {_count_states(decided)}")
     for state in states.STATES:

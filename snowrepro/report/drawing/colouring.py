@@ -73,7 +73,10 @@ def colour_as_snow(dataset: xr.Dataset, _run: Run, frames: Sequence[int]) -> Col
 
 
 def colour_by_fragment(dataset: xr.Dataset, run: Run, frames: Sequence[int]) -> Colouring:
-    """Give each lump a colour, and powder grey; before the release all particles have the colour of snow."""
+    """Colour lumps, of which two may share a colour, and give powder grey.
+
+    Before the release all particles have the colour of snow.
+    """
     classified = classify(dataset, run.config.question.analysis, frames="all")
     index_of = {colour: index for index, colour in enumerate(PALETTE)}
     indices = {

@@ -1,5 +1,6 @@
 """The columns of a sweep's table as pictures show them: their names and values, and which to draw if none is named."""
 
+import textwrap
 from collections.abc import Sequence
 from difflib import get_close_matches
 
@@ -25,6 +26,7 @@ SHORT = {
     "hardness": "hardness",
     "indentation_work": "work of indentation",
 }
+WIDTH = 100  # of a line of names
 FALL_MEASURES = ("lump_fraction", "largest_fragment", "broken_bonds", "density_at_release")
 TEST_MEASURES = ("hardness", "indentation_work")
 
@@ -44,8 +46,8 @@ def find_column(sweep: CollectedSweep, name: str) -> str:
         return names[name]
     near = get_close_matches(name, names, n=1)
     hint = f"; did you mean '{near[0]}'?" if near else "."
-    known = ", ".join(list_columns(sweep))
-    raise ConfigError(f"sweep '{sweep.name}' has no column {quote(name)}{hint} There are: {known}")
+    known = textwrap.fill(", ".join(list_columns(sweep)), WIDTH, initial_indent="  ", subsequent_indent="  ")
+    raise ConfigError(f"sweep '{sweep.name}' has no column {quote(name)}{hint} There are:\n{known}")
 
 
 def read_values(sweep: CollectedSweep, name: str) -> pd.Series:

@@ -22,6 +22,8 @@ from ...store.run import Run
 SKY, FLOOR, SNOW = "#668e93", "#307a78", "#f0f0ff"
 LUMPS = ("#E69F00", "#56B4E9", "#F0E442", "#D55E00", "#CC79A7")  # Okabe-Ito without green and blue
 POWDER = "#c3cacf"
+# What captions say of them.
+LUMP_COLOURS = f"lumps in {len(LUMPS)} colours, powder grey. A lump keeps its colour; two lumps may share one."
 SINTERED, UNSINTERED = "#D55E00", "#555555"  # of curves
 DPI = 110
 PAGE = 1020  # pixels that a report's page gives a picture on a screen of 1280

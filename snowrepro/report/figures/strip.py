@@ -17,6 +17,7 @@ from ...summary.classify import classify
 from ...text import make_cells
 from ..document import FigureContent, Picture, escape
 from ..drawing.common import (
+    LUMP_COLOURS,
     SNOW,
     choose_font,
     colour_fragments,
@@ -94,7 +95,7 @@ def _make_pictures(evidence: Evidence) -> list[Picture]:
     fragments = Picture(
         "fragments.png",
         "The same, coloured by fragment: lumps in colours, powder in grey.",
-        "The same runs and frames by fragment, from release on: each lump has a colour and keeps it, powder is grey.",
+        f"The same runs and frames by fragment, from release on: {LUMP_COLOURS}",
         data="strip.csv",
         is_end_first=True,
     )

@@ -6,7 +6,9 @@ import pandas as pd
 
 from ...evidence.collect import CollectedSweep
 from ...evidence.gather import Evidence
+from ...quantities import add_unit
 from ...store import states
+from ...summary.columns import CASE_COLUMNS
 from ...text import make_cells
 from ..document import NO_RESULT, Block, FigureContent, Fold, Heading, Picture, Table, escape, format_code, join_names
 from ..drawing.columns import (
@@ -94,13 +96,19 @@ def _tabulate_numbers(sweep: CollectedSweep) -> list[Block]:
     rows = []
     for _, cell in sweep.table.groupby(settings, sort=False):
         done = int((cell["state"] == states.DONE).sum())
-        row = {escape(sweep.key_of(name)): escape(format_value(cell[name].iloc[0])) for name in settings}
+        row = {_head_column(sweep, name): escape(format_value(cell[name].iloc[0])) for name in settings}
         numbers = {escape(label_column(sweep, name)): _format_spread(cell[name]) for name in measures}
         rows.append({**row, **numbers, "runs with a result": f"{done} of {len(cell)}"})
     seeds = len(sweep.table["seed"].unique())
     how = f"Means over up to {seeds} seeds, in brackets the lowest and the highest." if seeds > 1 else ""
     table = Table(pd.DataFrame(rows), how, RESULTS)
     return [Heading("Numbers"), Fold(f"All {len(rows)} cells", [table]) if len(rows) > MOST_OPEN else table]
+
+
+def _head_column(sweep: CollectedSweep, name: str) -> str:
+    """Write a setting as the head of a column: as one types it, with its unit."""
+    unit = CASE_COLUMNS[name].format_unit([sweep.length_unit]) if name in CASE_COLUMNS else ""
+    return escape(add_unit(sweep.key_of(name), unit))
 
 
 def _format_spread(values: pd.Series) -> str:

@@ -21,6 +21,7 @@ FIRST = 0.75  # part of the pressing that is left out at the start
 USUAL_FPS, MOST_FPS = 25.0, 50.0  # viewers slow faster gifs down
 LEAST_WIDTH, MOST_WIDTH = 160, 3840
 MOST_SPEED = 1000.0
+MOST_SECONDS = 600.0  # of a picture; a gif cannot say 656
 MOST_PICTURES = 10_000
 IN_WORDS = {"snow": "snow", "fragment": "by fragment"}
 
@@ -115,6 +116,10 @@ def _choose_times(animated_runs: Sequence[AnimatedRun], settings: AnimationSetti
     begin, end = min(times[0] for times in stored), max(times[-1] for times in stored)
     finest = min((float(np.median(np.diff(times))) for times in stored if len(times) > 1), default=1.0)
     fps = settings.fps or min(USUAL_FPS, settings.speed / finest)
+    if fps * MOST_SECONDS < 1:
+        raise ConfigError(
+            f"--speed of {settings.speed:g} makes a picture last {1 / fps:,.0f} s, and {MOST_SECONDS:g} s is the most"
+        )
     step = settings.speed / fps
     count = int(np.ceil((end - begin) / step - MOMENT)) + 1
     if count > MOST_PICTURES:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ...quantities import PRESSURE, format_powers
 from ...settings.execution import COULD_CHANGE_BITS
 from ...store.run import Run
 
@@ -38,9 +39,19 @@ def find_varied_keys(runs: Sequence[Run]) -> list[str]:
 
 
 def format_title(runs: Sequence[Run], keys: Sequence[str]) -> str:
-    """Format scene, pressure, sintering and hardness test, as far as runs that differ in ``keys`` share them."""
+    """Format scene, pressure, sintering and hardness test, as far as runs that differ in ``keys`` share them.
+
+    Where they differ in pressure, it has the unit alone.
+    """
     values = _flatten_settings(runs[0])
-    return format_label(runs[0], [key for key in TITLE_KEYS if key not in keys and key in values])
+    unit = format_powers(PRESSURE, sorted({run.case.reading.length_unit for run in runs}))
+    parts = {key: format_label(runs[0], [key]) for key in TITLE_KEYS[len(SCENE) :] if key not in keys and key in values}
+    if "pressure" in parts:
+        parts["pressure"] += f" {unit}"
+    elif "pressure" in keys:
+        parts["pressure"] = f"pressure in {unit}"
+    scene = format_label(runs[0], [key for key in SCENE if key not in keys])
+    return ", ".join(filter(None, [scene, *parts.values()]))
 
 
 def format_label(run: Run, keys: Sequence[str]) -> str:

@@ -145,11 +145,12 @@ def _describe_bounds(run: Run) -> str:
 
 
 def _tabulate_cost(table: pd.DataFrame, evidences: Sequence[Evidence]) -> list[Block]:
-    """Tabulate core-hours and the longest run, for each experiment and for all together."""
+    """Tabulate core-hours and the longest run, for each experiment and for all of several."""
     if table.empty:
         return ["No run has a result."]
     rows = [_make_cost_row(escape(e.experiment.title), e.table, len(e.runs)) for e in evidences]
-    rows.append(_make_cost_row("all together, shared runs once", table, len(_list_distinct_runs(evidences))))
+    if len(rows) > 1:
+        rows.append(_make_cost_row("all together, shared runs once", table, len(_list_distinct_runs(evidences))))
     return [Table(pd.DataFrame(rows))]
 
 

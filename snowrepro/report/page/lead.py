@@ -2,6 +2,7 @@
 
 import shlex
 from collections.abc import Sequence
+from dataclasses import replace
 
 from ...evidence.claims import NOT_RUN, Count, JudgedScene, Verdict, format_interval, list_calibrated_claims
 from ...evidence.gather import Evidence
@@ -158,22 +159,27 @@ def _describe_verdict(claim: Claim, verdict: Verdict, scene: JudgedScene, where:
     if verdict.word == NOT_RUN:
         return f"**{NOT_RUN}**, {place}: {escape(verdict.note)}."
     seeds = f"{verdict.seeds} seed{'s' * (verdict.seeds != 1)}"
-    number = verdict.measured
-    if verdict.effect:
-        change = "change from " if claim.test == "rises" else ""
-        number = f"{change}{verdict.effect_of}: {format_interval(verdict.effect)}"
     disagreement = "" if verdict.direction == "agree" else "; the numbers disagree"
     measure = "mass in lumps" if claim.measure == "lump_fraction" else claim.measure.replace("_", " ")
+    what = f"change of the {measure} from" if verdict.effect and claim.test == "rises" else measure
+    number = f"{verdict.effect_of}: {format_interval(verdict.effect)}" if verdict.effect else verdict.measured
     remark = verdict.label.removeprefix(verdict.word)
-    return f"**{verdict.word}**{remark}, {place}: {measure} {escape(number)}, {seeds}{disagreement}."
+    return f"**{verdict.word}**{remark}, {place}: {what} {escape(number)}, {seeds}{disagreement}."
 
 
 def _take_picture_out(section: Section, picture: Picture | None) -> Section:
-    """Return the section without ``picture``; a sentence behind the pictures that follow it says where it is."""
+    """Return the section without ``picture``; a sentence behind the pictures that follow it says where it is.
+
+    A heading that had this picture alone goes with it, and then there is no sentence.
+    """
     blocks = [block for block in section.blocks if block is not picture]
     if picture:
         behind = list(section.blocks).index(picture)
+        neighbours = blocks[max(behind - 1, 0) : behind + 1]
+        if neighbours and all(isinstance(block, Heading) for block in neighbours):
+            del blocks[behind - 1]
+            return replace(section, blocks=blocks)
         while behind < len(blocks) and isinstance(blocks[behind], Picture):
             behind += 1
         blocks.insert(behind, SHOWN_ABOVE)
-    return Section(section.anchor, section.title, blocks, section.paper_text, section.command, section.runs)
+    return replace(section, blocks=blocks)

@@ -1,7 +1,7 @@
 """The report of an experiment: its pictures and tables, and the page that contains them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -21,6 +21,7 @@ from .html import write_html
 from .lead import make_lead
 from .markdown import write_markdown, write_markdown_parts
 
+RESULTS = "Results"
 MOST_BOLD = 400  # letters of a verdict
 VIEWER_BYTES = 2_300_000  # of a page, which is to stay below 5 MB
 
@@ -103,6 +104,8 @@ def write_page(
     sections = [
         content.make_section(folder) if isinstance(content, ExperimentReport) else content for content in contents
     ]
+    # A page on one experiment has its title above: the section needs another.
+    sections = [replace(each, title=RESULTS) if each.title == escape(title) else each for each in sections]
     not_run = [content.title for content in contents if isinstance(content, Section)]
     first, others = make_lead(evidences, sections, not_run)
     viewer = next(

@@ -7,7 +7,7 @@ from pathlib import Path
 from ...composition.experiments import list_in_paper_order
 from ...evidence.gather import command_to_repeat
 from ...store.run import Run
-from ...sweep.plan import Plan, make_plan
+from ...sweep.plan import Plan, compose_first_run, make_plan
 from ...sweep.record import add_remembered_seeds, find_records, name_sweep
 from ..document import Section, escape, format_code
 from ..drawing.common import own_style
@@ -57,8 +57,13 @@ class PlannedPaper:
 def plan_paper(overrides: Sequence[str], store: str) -> PlannedPaper:
     """Plan the report on all of the paper's experiments: their runs, and where it is written.  Raises ConfigError."""
     planned = [_plan_experiment([f"experiment={name}", *overrides], store) for name in list_in_paper_order()]
-    folder = Path(planned[0].plan.runs[0].config.question.reports) / name_sweep(["experiment=paper", *overrides])
-    return PlannedPaper(tuple(planned), tuple(overrides), store, folder)
+    return PlannedPaper(tuple(planned), tuple(overrides), store, find_paper_folder(overrides))
+
+
+def find_paper_folder(overrides: Sequence[str]) -> Path:
+    """Find the folder of the report on the paper, without planning its experiments.  Raises ConfigError."""
+    first = compose_first_run([f"experiment={list_in_paper_order()[0]}", *overrides])
+    return Path(first.config.question.reports) / name_sweep(["experiment=paper", *overrides])
 
 
 @own_style()

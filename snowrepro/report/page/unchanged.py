@@ -3,18 +3,22 @@
 import hashlib
 import json
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+import re
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from ...composition.experiments import OWN_DIR, OWN_EXPERIMENTS
+from ...composition.compose import list_option_files, option_files
 from ...foreign import Unreadable, is_own_folder, is_plain_file, list_own
 from ...sources import PACKAGE
 from ...store import files, lease, provenance
-from ...store.run import ANALYSIS, SUMMARY, SWEEPS, WORK, Run
+from ...store.run import ANALYSIS, SUMMARY, SWEEPS, WORK
 from ...sweep import record
 
 STAMP = ".drawn.json"  # in the report's folder
+DRAWING = re.compile(r"""\bfile["']?[ ]*[:=][ ]*(?:"([^"\n]+)"|'([^'\n]+)'|([^\s"',#}][^,#}\n]*))""")  # an outline's
+ENVIRONMENT = "oc.env"  # an interpolation that takes a setting from there
 WRITTEN_BY_READING = {ANALYSIS, SUMMARY}  # beside a result, by whoever reads it first
 
 
@@ -45,30 +49,40 @@ def _is_whole(stamp: dict[str, Any], folder: Path) -> bool:
     return all(_digest_file(folder / name) == digest for name, digest in written.items())
 
 
-def digest_inputs(plans: Iterable[Sequence[Run]], overrides: Sequence[str], store: Path) -> str | None:
+def digest_inputs(overrides: Sequence[str], store: Path) -> str | None:
     """Return a digest of all that a report is drawn from; None while somebody works on a run of the store.
 
-    ``plans``: the runs of each of its experiments.  It covers the program and its packages, the configuration of
-    every run, what was asked of it, and what the store holds.
+    It covers the program and its packages, the files of all options, ``overrides``, and what the store holds.  No run
+    is composed for it, as that takes a minute for all runs of the paper.
     """
     digest = hashlib.sha256()
-    for place in (PACKAGE, OWN_DIR, OWN_EXPERIMENTS):
-        for path in sorted(place.rglob("*")):
-            if is_plain_file(path) and "__pycache__" not in path.parts:
-                digest.update(f"{path.relative_to(place).as_posix()} {_digest_file(path)}\n".encode())
-    digest.update(json.dumps([provenance.packages(), list(overrides), str(store)]).encode())
-    for runs in plans:
-        for run in runs:
-            digest.update(f"{run.id} {run.config.question.model_dump_json()}\n".encode())
+    for path in (path for path in sorted(PACKAGE.rglob("*")) if "__pycache__" not in path.parts):
+        if is_plain_file(path):
+            digest.update(f"{path.relative_to(PACKAGE).as_posix()} {_digest_file(path)}\n".encode())
     records, problems = record.read_all(store)
     known = [(each.name, each.overrides, sorted(each.cells.items())) for each in records]
-    digest.update(json.dumps([known, problems]).encode())
+    remembered = [word for each in records for word in each.overrides]
+    asked = [provenance.packages(), list(overrides), str(store), known, problems]
+    digest.update(json.dumps([*asked, *_describe_options(overrides, remembered)]).encode())
     folders = list(_list_run_folders(store))
     if any(lease.holder(folder) for folder in folders if folder.parent.name == WORK):
         return None
     for folder in folders:
         digest.update(json.dumps([folder.name, list(_list_files(folder, store))]).encode())
     return digest.hexdigest()
+
+
+def _describe_options(overrides: Sequence[str], remembered: Sequence[str]) -> Iterator[object]:
+    """List what options and overrides give to a run: their files, drawings that they name, and the environment."""
+    paths = list_option_files(option_files([word for word in overrides if word.startswith("hydra.")]))
+    texts = [path.read_text(encoding="utf-8", errors="replace") for path in paths]
+    yield list(zip(map(str, paths), texts, strict=True))
+    text = "\n".join([*overrides, *remembered, *texts])
+    for name in sorted({"".join(groups).strip() for groups in DRAWING.findall(text)}):
+        with suppress(OSError, ValueError):  # it names none
+            yield name, hashlib.sha256(Path(name).read_bytes()).hexdigest()
+    if ENVIRONMENT in text:
+        yield sorted(os.environ.items())
 
 
 def _list_run_folders(store: Path) -> Iterator[Path]:

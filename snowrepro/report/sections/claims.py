@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import pandas as pd
 
 from ...evidence.calibration import BELOW, BEYOND, Crossing
-from ...evidence.claims import INCONCLUSIVE, NOT_RUN, JudgedScene, Verdict, format_interval
+from ...evidence.claims import INCONCLUSIVE, NOT_RUN, JudgedScene, Verdict, count_least_seeds, format_interval
 from ...evidence.gather import Evidence
 from ...settings.case import ARMS
 from ...summary.row import ARM
@@ -102,8 +102,13 @@ def format_pressure(value: float) -> str:
 
 
 def _format_seeds(evidence: Evidence) -> str:
-    """Format the seeds that were asked for."""
-    return f"Seeds {', '.join(map(str, evidence.seeds))}"
+    """Format the seeds that were asked for; where they are too few to reproduce a claim, how many are needed."""
+    text = f"Seed{'s' * (len(evidence.seeds) > 1)} {', '.join(map(str, evidence.seeds))}"
+    pressures = {run.case.pressure for run in evidence.runs}
+    least = count_least_seeds(evidence.runs[0].config.question.claims, len(pressures))
+    if len(evidence.seeds) >= least:
+        return text
+    return f"{text}: too few for REPRODUCED, which needs at least {least} (seeds={least}), more where numbers vary much"
 
 
 def _format_verdicts(verdicts: Sequence[Verdict]) -> list[str]:

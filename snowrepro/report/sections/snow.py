@@ -16,6 +16,7 @@ from ...summary.classify import classify
 from ..document import Block, Heading, Picture
 from ..drawing.columns import describe_cell, escape_label
 from ..drawing.common import (
+    LUMP_COLOURS,
     colour_fragments,
     draw_background,
     draw_snow,
@@ -55,7 +56,7 @@ def make_blocks(evidence: Evidence) -> list[Block]:
     picture = Picture(
         FILE,
         f"Snow of {len(chosen)} runs, a row each: at the end, and small at the release and on the way, by fragment.",
-        f"Large: the snow at the end. Small: at the release, and on the way. Each lump has a colour, powder is grey. "
+        f"Large: the snow at the end. Small: at the release, and on the way, by fragment: {LUMP_COLOURS} "
         f"Seed {seed}.{left_out}{tests}",
     )
     return [Heading("The snow"), picture]
