@@ -66,7 +66,7 @@ def test_claims_are_judged_by_the_right_runs(options):
     assert {verdict.claim: verdict.word for verdict in scene.verdicts} == dict.fromkeys(
         ("C1", "C2", "C3", "C4", "C5"), REPRODUCED
     )
-    assert evidence.half_pressures[scene.name].pressure == pytest.approx(500, rel=0.2)
+    assert (evidence.half_pressures[scene.name].low, evidence.half_pressures[scene.name].high) == (340, 530)
     assert evidence.table[ARM].tolist() == [*["sintered"] * 9, *["unsintered"] * 9]
 
 
