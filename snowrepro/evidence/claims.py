@@ -204,8 +204,8 @@ def list_calibrated_claims(claims: Claims) -> list[str]:
 
 
 def _depends_on_pressures(claim: Claim) -> bool:
-    """Return whether pressures can be chosen so that a claim holds: not where it is about unsintered snow alone."""
-    return claim.test != "scenes" and claim.of != "unsintered"
+    """Return whether the pressures are chosen so that a claim holds: by the lumps of sintered snow."""
+    return claim.test != "scenes" and claim.of != "unsintered" and claim.measure == "lump_fraction"
 
 
 def write_sentence(table: pd.DataFrame, verdicts: Sequence[Verdict], unit: str = "") -> str:

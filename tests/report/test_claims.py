@@ -45,11 +45,12 @@ def test_one_scene_on_disk(judged, tmp_path):
     assert {"index.html", "index.md", "response.png", "claims.json", "claims.csv"} <= found
     (scene,) = record["scenes"]
     assert {v["claim"]: v["word"] for v in scene["verdicts"]} == dict.fromkeys(
-        ["C1", "C2", "C3", "C4", "C5"], "REPRODUCED"
+        ["C1", "C2", "C2-loose", "C3", "C4", "C4-loose", "C5"], "REPRODUCED"
     )
     assert not any(v["calibrated"] for v in scene["verdicts"])
-    assert [v["same_as"] for v in scene["verdicts"]] == ["", "", "", "", "C1"]
-    (cell,) = (c for c in scene["cells"] if (c["arm"], c["pressure"]) == ("sintered", 530.0))
+    assert [v["same_as"] for v in scene["verdicts"]] == [*[""] * 6, "C1"]
+    cell, loose = (c for c in scene["cells"] if (c["arm"], c["pressure"]) == ("sintered", 530.0))
+    assert (cell["measure"], loose["measure"]) == ("lump_fraction", "loose_fraction")
     assert cell["seeds"] == pytest.approx({"0": 0.52, "1": 0.53, "2": 0.54})
     assert cell["mean"] == pytest.approx(0.53)
     assert scene["P50"] == {
@@ -65,8 +66,8 @@ def test_one_scene_on_disk(judged, tmp_path):
     page = (report.evidence.folder / "index.md").read_text()
     assert page.index("| C1 |") < page.index("response.png") < page.index("The rules by which")
     assert "snowrepro run experiment=fig6 seed=0,1,2" in page
-    lead = page.replace("Fig\\.", "Fig.").replace("\\.", ".")
-    told = "mass in lumps smallest change, from 530 to 3300: 0.28 in all 3 seeds, 3 seeds."
+    lead = page.replace("Fig\\.", "Fig.").replace("\\.", ".").replace("\\(", "(").replace("\\)", ")")
+    told = "mass in lumps, smallest change from 530 to 3300: 0.28 in all 3 seeds (crushed 0.00, 0.00, 0.00)."
     statement = "With sintering, lumps grow with every step of the pressure."
     assert f"**C1.** {statement} **REPRODUCED**, Fig. 6, star on stair3: {told}" in lead
     assert "The same numbers as C1, Fig. 6, star on stair3: unsintered snow is the same at every pressure." in lead
@@ -149,7 +150,7 @@ GRID = ["experiment=grid", "shape=ball,star", "floor=L,square,triangle"]
 def test_scenes_are_judged_together(judged):
     """By shape, of which there are too few; the scene that disagrees is named, and that which is the calibrated one."""
     report, record = judged(*GRID, lumps=grid, seeds=2)
-    (c6,) = record["over_scenes"]
+    c6, loose = record["over_scenes"]
     assert (c6["word"], c6["agrees"], c6["left_out"]) == ("INCONCLUSIVE", True, ["ball on square"])
     counts = {c["claim"]: (c["against"], [(s["shape"], s["agree"], s["scenes"]) for s in c["by_shape"]])
               for c in c6["counts"]}  # fmt: skip
@@ -169,14 +170,15 @@ def test_scenes_are_judged_together(judged):
     assert "C2 on 2 of 2 shapes (3 of 4" in "\n".join(lines)
     page = (report.evidence.folder / "index.md").read_text()
     assert "2 of 3 (-0.10 to +0.24)" in page and "They are no blind prediction" in page
-    assert len(pd.read_csv(report.evidence.folder / "claims.csv")) == 1 + 6 * 5
+    assert [count["claim"] for count in loose["counts"]] == ["C2-loose", "C4-loose"]
+    assert len(pd.read_csv(report.evidence.folder / "claims.csv")) == 2 + 6 * 7
 
 
 def test_one_seed_counts_scenes_and_decides_none(judged):
     """Counts by shape, the scenes that disagree by name, C6's word."""
     report, _ = judged(*GRID, seeds=1, lumps=grid)
     assert "C2 on 2 of 2 shapes (3 of 4 scenes)" in report.content.verdict
-    assert report.content.verdict.endswith("C6: INCONCLUSIVE.")
+    assert report.content.verdict.endswith("C6-loose: INCONCLUSIVE.")
     page = (report.evidence.folder / "index.md").read_text()
     row = next(line for line in page.splitlines() if line.startswith("| C2 |"))
     assert row.endswith("| 1 of 1 (+0.25 to +0.25) | 2 of 3 (-0.10 to +0.25) | 2 of 2 shapes | star on triangle |")
@@ -196,5 +198,5 @@ def test_a_grid_without_runs_claims_nothing(judged):
     """No scene counts for a claim or against it, and the first lines say so."""
     report, _ = judged(*GRID, lumps=lambda _: None)
     first = (report.evidence.folder / "index.md").read_text().split("![")[0]
-    assert first.count("**NOT RUN** in all other scenes.") == 5
+    assert first.count("**NOT RUN** in all other scenes.") == 7
     assert "0 of 18 runs" not in first and "0 of 108 runs are done; **108 pending**" in first

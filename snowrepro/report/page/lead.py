@@ -168,16 +168,17 @@ def _describe_verdict(claim: Claim, verdict: Verdict, scene: JudgedScene, where:
         return f"**{NOT_RUN}**, {place}: {escape(verdict.note)}."
     if verdict.same_as:
         return f"The same numbers as {escape(verdict.same_as)}, {place}: unsintered snow is the same at every pressure."
-    seeds = f"{verdict.seeds} seed{'s' * (verdict.seeds != 1)}"
-    number = verdict.measured
+    number = f" {verdict.measured}"
     if verdict.effect:
-        change = "smallest change, from " if claim.test == "rises" else ""
-        number = f"{change}{verdict.effect_of}: {format_interval(verdict.effect)}"
+        change = ", smallest change from" if claim.test == "rises" else ""
+        number = f"{change} {verdict.effect_of}: {format_interval(verdict.effect)}"
+        if not verdict.effect.is_of_equals:
+            number += f", {verdict.seeds} seed{'s' * (verdict.seeds != 1)}"
     disagreement = "" if verdict.direction == "agree" else "; the numbers disagree"
     beside = f" ({verdict.beside})" if verdict.beside else ""
     measure = f"mass {STATES[claim.measure]}" if claim.measure in STATES else claim.measure.replace("_", " ")
     remark = verdict.label.removeprefix(verdict.word)
-    return f"**{verdict.word}**{remark}, {place}: {measure} {escape(number)}, {seeds}{escape(beside)}{disagreement}."
+    return f"**{verdict.word}**{remark}, {place}: {measure}{escape(number + beside)}{disagreement}."
 
 
 def _take_picture_out(section: Section, picture: Picture | None) -> Section:

@@ -30,6 +30,8 @@ RULES = """\
   or one of them below it. So a flat or falling step anywhere is no rise.
 * As every part must hold, the chance of a wrong REPRODUCED is at most {alpha:g} where seeds are normal:
   benchmarks/claims.md has it simulated. The effect shown is that of the part nearest to the other side.
+* A claim about powder is judged twice: as what is in no lump, and as what came loose. What is crushed is neither a
+  lump nor loose, and stands beside.
 * Where unsintered snow is the same at every pressure, a rise of what sintering adds has the same numbers as the rise
   of sintered snow. Then it is named so and counts once.
 * **Scenes**. A claim holds on a shape if the means agree in more than the threshold's share of its scenes.

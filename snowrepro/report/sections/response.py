@@ -102,7 +102,7 @@ def _draw_panel(ax: Axes, scene: JudgedScene, half: Crossing, half_pressure: str
     ax.plot([half.low, half.high], [HALF, HALF], "|-", color="black", lw=1.6, ms=size + 4, label="P50 is between")
     if half_pressure:
         middle = np.sqrt(half.low * half.high)
-        ax.annotate(f"P50 {half_pressure}", (middle, HALF), xytext=(8, -14), textcoords="offset points")
+        ax.annotate(f"P50 {half_pressure}", (middle, HALF), xytext=(0, -16), textcoords="offset points", ha="center")
 
 
 def _shift_pressures(blocks: pd.DataFrame, number: int) -> np.ndarray:
