@@ -72,3 +72,28 @@ def test_the_sweeps_are_measured():
     assert done.returncode == 0, done.stderr
     assert "`snowrepro plan` of 168 runs, 20 of them finished" in done.stdout
     assert "4 preview runs, one worker: a run beyond the solver" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("name", "most"),
+    [("flat", 0.0), ("flat first step", 0.11), ("a middle that falls by one sd", 0.02)],
+)
+def test_what_does_not_rise_is_rarely_called_a_rise(name, most):
+    """Three seeds, five pressures: by alpha at most, and three sigmas of 150 draws; more than nothing where it may."""
+    from claims import NULLS, measure_rates
+
+    null = next(null for null in NULLS if null.name == name)
+    reproduced, _ = measure_rates(null, 5, 3, 150)
+    assert reproduced <= most
+    assert reproduced > 0 or most < 0.1
+
+
+def test_sides_keep_alpha_and_scenes_of_a_shape_are_one_toss():
+    """At the threshold; four tosses agree once in sixteen, however many scenes they are."""
+    from claims import NULLS, measure_rates, measure_rates_of_scenes
+
+    for null in NULLS:
+        if null.name == "one pressure at the threshold" and not null.skewed:
+            assert 0 < measure_rates(null, 3, 3, 150)[0] <= 0.11
+    assert 0.02 < measure_rates_of_scenes(4, 7, 0.8, 300)[0] < 0.11
+    assert measure_rates_of_scenes(3, 7, 0.8, 50) == (0.0, 0.0)

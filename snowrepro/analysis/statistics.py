@@ -1,81 +1,49 @@
-"""The statistics that the claims are judged by, on values by seed (rows) and pressure (columns)."""
+"""The statistics that the claims are judged by, on values by seed."""
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy.special import stdtrit
 
-RESAMPLES = 2000  # of a bootstrap
-RNG_SEED = 2024  # of a bootstrap: the same numbers give the same interval
+ROUND_OFF = 1e-12  # values that differ by less are equal
+NO_LIMITS = (-np.inf, np.inf)
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A mean with its interval from ``low`` to ``high``; one value alone has no interval."""
+    """A mean of ``count`` values with its interval from ``low`` to ``high``; one value alone has no interval."""
 
     mean: float
     low: float | None = None
     high: float | None = None
+    count: int = 1
+
+    @property
+    def is_of_equals(self) -> bool:
+        """Whether it is of several values that are all equal: its interval has no length and says nothing."""
+        return self.low is not None and self.low == self.high
 
     def is_above(self, threshold: float) -> bool:
-        """Whether the whole interval lies above a threshold."""
-        return self.low is not None and self.low > threshold
+        """Whether the whole interval lies above a threshold, by more than round-off."""
+        return self.low is not None and self.low > threshold + ROUND_OFF
 
     def is_below(self, threshold: float) -> bool:
-        """Whether the whole interval lies below a threshold."""
-        return self.high is not None and self.high < threshold
+        """Whether the whole interval lies below a threshold, by more than round-off."""
+        return self.high is not None and self.high < threshold - ROUND_OFF
 
 
-def estimate_mean(values: np.ndarray, alpha: float) -> Estimate:
-    """Estimate the mean of ``values`` (n,), with Student's two-sided interval at 1 - ``alpha``.
+def estimate_mean(values: np.ndarray, alpha: float, limits: tuple[float, float] = NO_LIMITS) -> Estimate:
+    """Estimate the mean of ``values`` (n,), with Student's interval at 1 - 2 ``alpha``.
 
-    Equal values have an interval of length 0.
+    So each of its ends alone is wrong with probability ``alpha``, and that it lies above a threshold is a one-sided
+    test at ``alpha``.  ``limits``: of the values; the interval is cut there, which changes no test against a threshold
+    between them.  Equal values have an interval of length 0.
     """
     values = np.asarray(values, dtype=float)
-    mean = float(values.mean())
-    if len(values) < 2:
+    mean, count = float(values.mean()), len(values)
+    if count < 2:
         return Estimate(mean)
-    half = float(stats.t.ppf(1.0 - alpha / 2.0, len(values) - 1) * stats.sem(values))
-    return Estimate(mean, mean - half, mean + half)
-
-
-def run_page_test(blocks: np.ndarray) -> float | None:
-    """Page's trend test: the p value of values (seeds, places) that rise from place to place; None without two of each.
-
-    Exact without ties and up to 8 places and 12 seeds (20 at three places), SciPy's normal approximation
-    beyond; ties make it larger.  At two places L is the number of seeds that rise: the exact sign test.
-    """
-    seeds, places = blocks.shape
-    if seeds < 2 or places < 2:
-        return None
-    if places == 2:
-        return float(stats.binomtest(int((blocks[:, 1] > blocks[:, 0]).sum()), seeds, alternative="greater").pvalue)
-    return float(stats.page_trend_test(blocks).pvalue)
-
-
-def estimate_kendall_tau(blocks: np.ndarray, alpha: float) -> Estimate:
-    """Estimate Kendall's tau between place and value within a seed, mean over seeds, for values (seeds, places).
-
-    The interval is a bootstrap over seeds as clusters.  A seed whose values are all equal has tau 0.
-    """
-    places = np.arange(blocks.shape[1])
-    taus = np.sort(np.nan_to_num([stats.kendalltau(places, row).statistic for row in blocks]))
-    if len(taus) < 2:
-        return Estimate(float(taus.mean()))
-    means = taus[draw_resamples(len(taus))].mean(axis=1)
-    low, high = np.quantile(means, [alpha / 2.0, 1.0 - alpha / 2.0])
-    return Estimate(float(taus.mean()), float(low), float(high))
-
-
-def draw_resamples(seeds: int) -> np.ndarray:
-    """Draw the rows of a bootstrap: indices of seeds, with replacement (RESAMPLES, seeds); always the same."""
-    return np.random.default_rng(RNG_SEED).integers(seeds, size=(RESAMPLES, seeds))
-
-
-def adjust_by_holm(p: np.ndarray) -> np.ndarray:
-    """Adjust p values (n,) for their number, by Holm's method."""
-    order = np.argsort(p)
-    stepped = np.maximum.accumulate(np.asarray(p)[order] * np.arange(len(p), 0, -1))
-    adjusted = np.empty(len(p))
-    adjusted[order] = np.minimum(stepped, 1.0)
-    return adjusted
+    if np.ptp(values) <= ROUND_OFF:
+        return Estimate(mean, mean, mean, count)
+    half = float(stdtrit(count - 1, 1.0 - alpha) * values.std(ddof=1) / np.sqrt(count))
+    return Estimate(mean, max(mean - half, limits[0]), min(mean + half, limits[1]), count)

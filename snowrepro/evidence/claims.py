@@ -1,20 +1,19 @@
-"""Verdicts on the paper's claims from the numbers of a set of runs.
+"""Verdicts on the paper's claims about one scene, from the numbers of a set of runs.
 
-conf/claims says what is claimed and by which rule it is judged; this module applies the rules.  Where the rule for
-CONTRADICTED and that for REPRODUCED are both met, the claim is contradicted.
+conf/claims says what is claimed and by which rule it is judged; this module applies the rules, ``scenes`` counts over
+several scenes.  Where the rule for CONTRADICTED and that for REPRODUCED are both met, the claim is contradicted.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
+from typing import get_args
 
-import numpy as np
 import pandas as pd
-from scipy.stats import binomtest
 
-from ..analysis.statistics import Estimate, adjust_by_holm, estimate_kendall_tau, estimate_mean, run_page_test
+from ..analysis.statistics import NO_LIMITS, ROUND_OFF, Estimate, estimate_mean
 from ..settings.case import ARMS
-from ..settings.question import Claim, Claims
+from ..settings.question import Claim, Claims, Fraction
 from ..summary.row import ARM
 
 REPRODUCED = "REPRODUCED"
@@ -23,8 +22,11 @@ INCONCLUSIVE = "INCONCLUSIVE"
 NOT_RUN = "NOT RUN"
 
 ARMS_OF = {"sintered": ARMS[:1], "unsintered": ARMS[1:], "contrast": ARMS}
-LEAST_SEEDS, MOST_SEEDS = 2, 20  # that an interval needs, and that are tried
-LEAST_SCENES = 2  # beside the calibrated one, to speak of other scenes
+LEAST_SEEDS = 2  # that an interval needs
+# What else is said of the runs that a verdict is about, by column.
+BESIDE = {"crushed_fraction": "crushed", "flattening_end": "height lost"}
+OTHER_STATES = {"crushed_fraction": "crushed", "loose_fraction": "loose"}
+STATES = {"lump_fraction": "in lumps", **OTHER_STATES}
 # Written behind the word where the pressures were chosen by the scene's own sintered runs.
 CALIBRATION_NOTES = {
     REPRODUCED: " (by calibration, no test)",
@@ -36,31 +38,59 @@ CALIBRATION_NOTES = {
 
 @dataclass(frozen=True)
 class VerdictPart:
-    """One part of a verdict: of a pressure, of a step between two pressures, or of one claim counted over scenes.
+    """One part of a verdict: of a pressure, or of a step between two pressures.
 
-    ``agrees``: whether the mean agrees with the claim; ``certain``: it disagrees, and not by chance.
+    ``margin``: by how much the mean is on the claimed side of the threshold, negative on the other side; ``holds``:
+    the whole interval is on the claimed side; ``certain``: it is on the other side, not by chance.
     """
 
     where: str
     estimate: Estimate
-    agrees: bool
+    margin: float
+    holds: bool = False
     certain: bool = False
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the mean agrees with the claim."""
+        return self.margin > 0
+
+
+@dataclass(frozen=True)
+class ShapeCount:
+    """In how many ``scenes`` of a shape the numbers ``agree`` with a claim, and by which margins: see ``VerdictPart``.
+
+    ``holds``: whether these scenes are more than the share that the rule wants.
+    """
+
+    shape: str
+    agree: int
+    scenes: int
+    holds: bool
+    least: float
+    most: float
 
 
 @dataclass(frozen=True)
 class Count:
-    """The number of scenes in which the numbers agree with a claim.
-
-    ``p``, ``p_less``: chances (Holm) of so many scenes or more, and of so few or fewer; ``against``: scenes that
-    disagree.
-    """
+    """A claim counted by shapes; ``against``: the scenes whose numbers disagree."""
 
     claim: str
-    holds: int
-    scenes: int
-    against: tuple[str, ...]
-    p: float = 1.0
-    p_less: float = 1.0
+    by_shape: tuple[ShapeCount, ...]
+    against: tuple[str, ...] = ()
+
+    @property
+    def holds(self) -> int:
+        """The number of shapes on which the claim holds."""
+        return sum(shape.holds for shape in self.by_shape)
+
+    @property
+    def words(self) -> str:
+        """The count in words."""
+        if not self.by_shape:
+            return f"{self.claim} not run"
+        agree, scenes = (sum(getattr(shape, name) for shape in self.by_shape) for name in ("agree", "scenes"))
+        return f"{self.claim} on {self.holds} of {len(self.by_shape)} shapes ({agree} of {scenes} scenes)"
 
 
 @dataclass(frozen=True)
@@ -68,7 +98,9 @@ class Verdict:
     """The verdict on a claim: its word, and the numbers behind it.
 
     ``calibrated``: the pressures were chosen by these very runs; ``agrees``: whether the means agree with the claim,
-    None without numbers; ``counts``: of a claim over scenes; ``disagrees``: pressures, steps or scenes that disagree.
+    None without numbers; ``beside``: what else is to be known of the runs; ``effect``: of the part that is nearest to
+    the other side of the threshold; ``same_as``: the claim that has the same numbers; ``counts``: of claims over
+    scenes; ``left_out``: scenes that are not counted; ``disagrees``: pressures, steps or shapes that disagree.
     """
 
     claim: str
@@ -77,13 +109,15 @@ class Verdict:
     calibrated: bool = False
     agrees: bool | None = None
     measured: str = "no runs"
+    beside: str = ""
     effect: Estimate | None = None
     effect_of: str = ""
+    margin: float | None = None
     seeds: int = 0
-    p: float | None = None
-    tau: Estimate | None = None
+    same_as: str = ""
     parts: tuple[VerdictPart, ...] = ()
     counts: tuple[Count, ...] = ()
+    left_out: tuple[str, ...] = ()
     disagrees: tuple[str, ...] = ()
     note: str = ""
 
@@ -148,25 +182,21 @@ def judge_claims(
     ``calibrated``: the pressures were chosen by the sintered runs of this very scene; ``missing``: arm and pressure of
     planned runs that have no result.
     """
-    return [
-        _judge_claim(
-            claim, claims.alpha, pair_values(claim, table, missing), calibrated and _depends_on_pressures(claim)
+    verdicts = []
+    for claim in claims.list:
+        if claim.test == "scenes":
+            continue
+        values = pair_values(claim, table, missing)
+        verdict = judge_values(claim, claims.alpha, values)
+        verdicts.append(
+            replace(
+                verdict,
+                calibrated=calibrated and _depends_on_pressures(claim),
+                beside=_describe_beside(claim, table, values.values.columns),
+                same_as=_find_same(claim, claims, table) if verdict.parts else "",
+            )
         )
-        for claim in claims.list
-        if claim.test != "scenes"
-    ]
-
-
-def count_least_seeds(claims: Claims, pressures: int) -> int:
-    """Count the seeds from which on every claim about one scene can be REPRODUCED, if all of its numbers agree.
-
-    An interval needs two.  A claim that numbers rise needs as many as make Page's p small enough, for ``pressures``.
-    """
-    if pressures < 2 or not any(claim.test == "rises" for claim in claims.list):
-        return LEAST_SEEDS
-    values = np.arange(pressures, dtype=float)
-    chances = ((seeds, run_page_test(np.tile(values, (seeds, 1)))) for seeds in range(LEAST_SEEDS, MOST_SEEDS))
-    return next((seeds for seeds, p in chances if p is not None and p <= claims.alpha), MOST_SEEDS)
+    return verdicts
 
 
 def list_calibrated_claims(claims: Claims) -> list[str]:
@@ -175,41 +205,54 @@ def list_calibrated_claims(claims: Claims) -> list[str]:
 
 
 def _depends_on_pressures(claim: Claim) -> bool:
-    """Return whether pressures can be chosen so that a claim holds: not where it is about unsintered snow alone."""
-    return claim.test != "scenes" and claim.of != "unsintered"
-
-
-def judge_scenes(claims: Claims, scenes: Sequence[JudgedScene]) -> list[Verdict]:
-    """Judge each claim that counts other claims over scenes; the calibrated scene does not count."""
-    others = [scene for scene in scenes if not scene.calibrated]
-    return [_judge_claim_over_scenes(claim, claims.alpha, others) for claim in claims.list if claim.test == "scenes"]
+    """Return whether the pressures are chosen so that a claim holds: by the lumps of sintered snow."""
+    return claim.test != "scenes" and claim.of != "unsintered" and claim.measure == "lump_fraction"
 
 
 def write_sentence(table: pd.DataFrame, verdicts: Sequence[Verdict], unit: str = "") -> str:
-    """Write the mass in lumps and the verdicts of one scene as a sentence.  ``unit``: of pressures."""
+    """Write the mass by state and the verdicts of one scene as a sentence.  ``unit``: of pressures."""
     parts = []
     for arm, preposition in zip(ARMS, ("with", "without"), strict=True):
         means = select_arm(table, arm, "lump_fraction").mean()
         if len(means):
             lumps = ", ".join(f"{value:.2f}" for value in means)
+            others = _list_means(table, arm, means.index, OTHER_STATES)
             pressures = ", ".join(f"{pressure:g}" for pressure in means.index)
-            parts.append(
-                f"{preposition} sintering the mass in lumps is {lumps} at pressures {pressures} {unit}".rstrip()
-            )
+            text = f"{preposition} sintering the mass in lumps is {lumps}{others and f' ({others})'} at pressures "
+            parts.append(f"{text}{pressures} {unit}".rstrip())
     groups: dict[str, list[str]] = {}
     for verdict in sorted(verdicts, key=lambda v: list(CALIBRATION_NOTES).index(v.word)):
-        groups.setdefault(_describe_verdict(verdict), []).append(verdict.claim)
+        words = f"the same numbers as {verdict.same_as}" if verdict.same_as else _describe_verdict(verdict)
+        groups.setdefault(words, []).append(verdict.claim)
     parts += [f"{words}: {', '.join(names)}" for words, names in groups.items()]
     text = "; ".join(parts)
     return f"{text[0].upper()}{text[1:]}."
 
 
+def _list_means(table: pd.DataFrame, arm: str, pressures: pd.Index, names: Mapping[str, str]) -> str:
+    """List means by pressure, of those columns that there are: "crushed 0.10, 0.02".  ``names``: by column."""
+    means = {
+        name: select_arm(table, arm, column).mean().reindex(pressures).dropna()
+        for column, name in names.items()
+        if column in table
+    }
+    texts = {name: ", ".join(f"{round(value, 2) + 0.0:.2f}" for value in values) for name, values in means.items()}
+    return "; ".join(f"{name} {text}" for name, text in texts.items() if text)
+
+
+def _describe_beside(claim: Claim, table: pd.DataFrame, pressures: pd.Index) -> str:
+    """Describe what else is to be known of the runs that a claim is about; nothing of a difference of two arms."""
+    arms = ARMS_OF[claim.of]
+    names = {column: name for column, name in BESIDE.items() if column != claim.measure}
+    return _list_means(table, arms[0], pressures, names) if len(arms) == 1 else ""
+
+
 def select_arm(table: pd.DataFrame, arm: str, measure: str) -> pd.DataFrame:
     """Select a measure of one arm from the rows of runs, (seeds, pressures), both rising.
 
-    Several runs of one seed and pressure are averaged.
+    Several runs of one seed and pressure are averaged.  Empty where there are no such rows, or no such column.
     """
-    if table.empty:
+    if table.empty or measure not in table:
         return pd.DataFrame()
     own = table[table[ARM] == arm]
     return own.astype({measure: float}).pivot_table(index="seed", columns="pressure", values=measure)
@@ -225,8 +268,7 @@ def check_agreement(claim: Claim, means: pd.DataFrame) -> pd.Series:
     values = arms[0] if len(arms) == 1 else arms[0] - arms[1]
     values = values[{"every": values.columns, "lowest": values.columns[:1], "highest": values.columns[-1:]}[claim.at]]
     if claim.test == "rises":
-        steps = values.diff(axis=1).iloc[:, 1:]
-        return (values.iloc[:, -1] - values.iloc[:, 0] > claim.threshold) & (steps > 0).all(axis=1)
+        values = values.diff(axis=1).iloc[:, 1:]
     sided = values < claim.threshold if claim.test == "below" else values > claim.threshold
     return sided.all(axis=1)
 
@@ -249,11 +291,11 @@ def pair_values(claim: Claim, table: pd.DataFrame, missing: Collection[tuple[str
     return ClaimValues(complete, dropped_seeds=tuple(int(seed) for seed in values.index.difference(complete.index)))
 
 
-def _judge_claim(claim: Claim, alpha: float, claim_values: ClaimValues, calibrated: bool) -> Verdict:
+def judge_values(claim: Claim, alpha: float, claim_values: ClaimValues) -> Verdict:
     """Apply a claim's rule to its values, if all that it needs is there."""
     values = claim_values.values
     means = ", ".join(f"{format_number(mean)} at {p:g}" for p, mean in values.mean().dropna().items())
-    verdict = Verdict(claim.name, claim.statement, calibrated=calibrated, measured=means or "no runs")
+    verdict = Verdict(claim.name, claim.statement, measured=means or "no runs")
     seeds = ", ".join(map(str, claim_values.dropped_seeds))
     notes = [f"seeds without every pressure are left out: {seeds}"] if seeds else []
     if claim_values.without_result:
@@ -262,124 +304,72 @@ def _judge_claim(claim: Claim, alpha: float, claim_values: ClaimValues, calibrat
         return replace(verdict, note="; ".join([*notes, "no runs"]))
     if claim.test == "rises" and len(values.columns) < 2:
         return replace(verdict, note="; ".join([*notes, "one pressure has no order"]))
-    rule = _judge_rise if claim.test == "rises" else _judge_side
-    verdict = rule(replace(verdict, seeds=len(values)), claim, alpha, values)
-    verdict = replace(verdict, disagrees=tuple(_describe_part(part) for part in verdict.parts if not part.agrees))
-    if len(values) < 2:
-        verdict = replace(verdict, word=INCONCLUSIVE, note="one seed decides nothing")
+    verdict = _judge_parts(replace(verdict, seeds=len(values)), claim, _make_parts(claim, alpha, values))
     if verdict.word == INCONCLUSIVE:
         notes += [verdict.note, f"the numbers {verdict.direction}"]
     return replace(verdict, note="; ".join(notes))
 
 
-def _judge_rise(verdict: Verdict, claim: Claim, alpha: float, values: pd.DataFrame) -> Verdict:
-    """Judge whether values rise with pressure: by their order, by the highest pressure less the lowest, and by steps.
-
-    A step between neighbours that falls for certain contradicts the claim.
-    """
-    pressures, numbers = list(values.columns), values.to_numpy()
-    effect = estimate_mean(numbers[:, -1] - numbers[:, 0], alpha)
-    steps = [estimate_mean(step, alpha / (len(pressures) - 1)) for step in np.diff(numbers, axis=1).T]
-    names = [f"{low:g} to {high:g}" for low, high in pairwise(pressures)]
-    parts = tuple(
-        VerdictPart(name, step, step.mean > 0, step.is_below(0)) for name, step in zip(names, steps, strict=True)
-    )
-    p = run_page_test(numbers)
-    word, note = INCONCLUSIVE, ""
-    if effect.is_below(claim.threshold) or any(part.certain for part in parts):
-        word = CONTRADICTED
-    elif p is not None and p <= alpha and effect.is_above(claim.threshold):
-        word = REPRODUCED
-    elif p is not None and p > alpha:
-        note = f"the order of the pressures may be chance (p > {alpha:g})"
-    else:
-        note = f"the interval of the effect holds {claim.threshold:g}"
-    return replace(
-        verdict, word=word, note=note, p=p, tau=estimate_kendall_tau(numbers, alpha), parts=parts,
-        effect=effect, effect_of=f"{pressures[0]:g} to {pressures[-1]:g}",
-        agrees=effect.mean > claim.threshold and all(part.agrees for part in parts),
-    )  # fmt: skip
-
-
-def _judge_side(verdict: Verdict, claim: Claim, alpha: float, values: pd.DataFrame) -> Verdict:
-    """Judge whether values at every pressure are below, or above, the threshold.
-
-    The effect is the mean at the pressure where it is nearest to the other side.
-    """
-    sign = -1.0 if claim.test == "below" else 1.0
-    wide_estimates = [estimate_mean(column, alpha / values.shape[1]) for column in values.to_numpy().T]
-    estimates = [estimate_mean(column, alpha) for column in values.to_numpy().T]
-    against = [one.is_above(claim.threshold) if sign < 0 else one.is_below(claim.threshold) for one in wide_estimates]
-    claimed = [one.is_below(claim.threshold) if sign < 0 else one.is_above(claim.threshold) for one in estimates]
-    parts = tuple(
-        VerdictPart(f"{pressure:g}", one, sign * (one.mean - claim.threshold) > 0, certain)
-        for pressure, one, certain in zip(values.columns, estimates, against, strict=True)
-    )
-    nearest = min(parts, key=lambda part: sign * part.estimate.mean)
-    word = CONTRADICTED if any(against) else REPRODUCED if all(claimed) else INCONCLUSIVE
-    return replace(
-        verdict, word=word, parts=parts, effect=nearest.estimate, effect_of=f"at {nearest.where}",
-        note=f"an interval holds {claim.threshold:g}" if word == INCONCLUSIVE else "",
-        agrees=all(part.agrees for part in parts),
-    )  # fmt: skip
-
-
-def _judge_claim_over_scenes(claim: Claim, alpha: float, scenes: Sequence[JudgedScene]) -> Verdict:
-    """Judge whether the means agree with each claim named in more scenes than by chance."""
-    counts = _count_scenes(claim, scenes)
-    verdict = Verdict(
-        claim.name, claim.statement, counts=counts,
-        measured=", ".join(map(_describe_count, counts)) if scenes else "no other scenes",
-        disagrees=tuple(f"{c.claim}: {', '.join(c.against)}" for c in counts if c.against),
-        seeds=min((scene.verdict(name).seeds for scene in scenes for name in claim.claims), default=0),
-    )  # fmt: skip
-    unrun = [scene for scene in scenes if any(scene.verdict(name).word == NOT_RUN for name in claim.claims)]
-    if len(scenes) < LEAST_SCENES or not counts:
-        return replace(verdict, note=f"Needs {LEAST_SCENES} scenes beside the calibrated one, has {len(scenes)}.")
-    if unrun:
-        return replace(verdict, note=f"Not all runs are there on {', '.join(scene.name for scene in unrun)}.")
-    parts = tuple(_make_share(count, claim, alpha) for count in counts)
-    worst = min(parts, key=lambda part: part.estimate.mean)
-    contradicted = any(part.certain for part in parts)
-    reproduced = all(count.p <= alpha for count in counts)
+def _judge_parts(verdict: Verdict, claim: Claim, parts: Sequence[VerdictPart]) -> Verdict:
+    """Judge a claim that needs every one of its parts (an intersection-union test)."""
+    contradicted, reproduced = any(part.certain for part in parts), all(part.holds for part in parts)
+    weakest = min(parts, key=lambda part: (not part.certain, part.holds, part.margin))
+    undecided = ", ".join(part.where for part in parts if not part.holds)
     return replace(
         verdict, word=CONTRADICTED if contradicted else REPRODUCED if reproduced else INCONCLUSIVE,
-        parts=parts, effect=worst.estimate, effect_of=f"share of scenes, {worst.where}",
-        p=min(count.p_less for count in counts) if contradicted else max(count.p for count in counts),
-        agrees=all(part.agrees for part in parts),
+        parts=tuple(parts), effect=weakest.estimate,
+        effect_of=weakest.where if claim.test == "rises" else f"at {weakest.where}",
+        margin=min(part.margin for part in parts), agrees=all(part.agrees for part in parts),
+        disagrees=tuple(_describe_part(part) for part in parts if not part.agrees),
+        note="one seed decides nothing" if verdict.seeds < 2 else f"open: {undecided}",
     )  # fmt: skip
 
 
-def _count_scenes(claim: Claim, scenes: Sequence[JudgedScene]) -> tuple[Count, ...]:
-    """Count the scenes that agree with each claim, with exact binomial tests, adjusted by Holm over the claims."""
-    counts = []
-    for name in claim.claims:
-        agreement = {scene.name: scene.verdict(name).agrees for scene in scenes}
-        known = [agrees for agrees in agreement.values() if agrees is not None]
-        against = tuple(scene for scene, agrees in agreement.items() if agrees is False)
-        counts.append(Count(name, sum(known), len(known), against))
-    more, less = (
-        adjust_by_holm(np.array([_test_count(count, claim.threshold, way) for count in counts]))
-        for way in ("greater", "less")
-    )
-    return tuple(replace(count, p=float(p), p_less=float(q)) for count, p, q in zip(counts, more, less, strict=True))
+def _make_parts(claim: Claim, alpha: float, values: pd.DataFrame) -> list[VerdictPart]:
+    """Compare all that a claim needs with its threshold: the value at each pressure, or each step between two.
+
+    What is against the claim may be any of them, so there alpha is divided by their number (Bonferroni).
+    """
+    numbers = {f"{pressure:g}": column.to_numpy() for pressure, column in values.items()}
+    if claim.test == "rises":
+        numbers = {f"{low} to {high}": numbers[high] - numbers[low] for low, high in pairwise(numbers)}
+    limits, sign = _find_limits(claim), -1.0 if claim.test == "below" else 1.0
+    parts = []
+    for where, column in numbers.items():
+        estimate, wide = (estimate_mean(column, level, limits) for level in (alpha, alpha / len(numbers)))
+        is_above, is_below = estimate.is_above(claim.threshold), estimate.is_below(claim.threshold)
+        against = wide.is_above(claim.threshold) if sign < 0 else wide.is_below(claim.threshold)
+        margin = sign * (estimate.mean - claim.threshold)
+        parts.append(VerdictPart(where, estimate, margin, is_below if sign < 0 else is_above, against))
+    return parts
 
 
-def _describe_count(count: Count) -> str:
-    """Describe in how many scenes the numbers agree with a claim."""
-    return f"{count.claim} in {count.holds} of {count.scenes}" if count.scenes else f"{count.claim} not run"
+def find_limits(measure: str) -> tuple[float, float]:
+    """Find the limits of a measure's values: 0 and 1 for parts of a whole."""
+    return (0.0, 1.0) if measure in get_args(Fraction) else NO_LIMITS
 
 
-def _test_count(count: Count, share: float, alternative: str) -> float:
-    """Return p of the exact binomial test of a count against a share, "greater" or "less"; 1 without scenes."""
-    return binomtest(count.holds, count.scenes, share, alternative=alternative).pvalue if count.scenes else 1.0
+def _find_limits(claim: Claim) -> tuple[float, float]:
+    """Find the limits of what a claim compares: a measure, its difference between two arms, or steps of these."""
+    low, high = find_limits(claim.measure)
+    for is_difference in (claim.of == "contrast", claim.test == "rises"):
+        low, high = (low - high, high - low) if is_difference else (low, high)
+    return low, high
 
 
-def _make_share(count: Count, claim: Claim, alpha: float) -> VerdictPart:
-    """Turn a count into a share of the scenes with its exact interval."""
-    exact = binomtest(count.holds, count.scenes).proportion_ci(1.0 - alpha)
-    share = Estimate(count.holds / count.scenes, float(exact.low), float(exact.high))
-    return VerdictPart(count.claim, share, share.mean > claim.threshold, count.p_less <= alpha)
+def _find_same(claim: Claim, claims: Claims, table: pd.DataFrame) -> str:
+    """Find the claim on sintered snow that a rise of the contrast only repeats; empty if there is none.
+
+    It does where unsintered snow is the same at every pressure, seed by seed: then both have the same steps.
+    """
+    if (claim.of, claim.test) != ("contrast", "rises"):
+        return ""
+    unsintered = select_arm(table, ARMS[1], claim.measure)
+    if (unsintered.max(axis=1) - unsintered.min(axis=1)).max() > ROUND_OFF:
+        return ""
+    alike = claim.model_dump(include={"measure", "at", "test", "threshold"})
+    others = (other for other in claims.list if other.of == "sintered")
+    return next((other.name for other in others if other.model_dump(include=set(alike)) == alike), "")
 
 
 def format_number(value: float) -> str:
@@ -388,9 +378,12 @@ def format_number(value: float) -> str:
 
 
 def format_interval(value: Estimate) -> str:
-    """Write a mean and its interval, if it has one."""
+    """Write a mean and its interval, if it has one; of equal values how many they are."""
     if value.low is None or value.high is None:
         return format_number(value.mean)
+    if value.is_of_equals:
+        is_none = abs(value.mean) <= ROUND_OFF
+        return f"none in {value.count} seeds" if is_none else f"{format_number(value.mean)} in all {value.count} seeds"
     return f"{format_number(value.mean)} [{format_number(value.low)}, {format_number(value.high)}]"
 
 

@@ -18,8 +18,9 @@ from ..summary.columns import CASE_COLUMNS
 from ..summary.row import read_row, tabulate_runs
 from ..sweep.plan import Plan
 from . import claims
-from .calibration import Crossing, find_half_pressure
+from .calibration import Crossing, bracket_half
 from .collect import CollectedSweep, collect_sweep, list_varied_keys
+from .scenes import judge_scenes
 
 FOLDERS = ("store=", "reports=")  # where files are kept: no part of the command that repeats the runs
 OF_ANY_SWEEP = "sweep"  # the picture of runs that were made for no experiment
@@ -55,14 +56,12 @@ class Evidence:
     @cached_property
     def over_scenes(self) -> list[claims.Verdict]:
         """The verdicts on claims that count other claims over scenes."""
-        return claims.judge_scenes(self.runs[0].config.question.claims, self.scenes)
+        return judge_scenes(self.runs[0].config.question.claims, self.scenes)
 
     @cached_property
     def half_pressures(self) -> dict[str, Crossing]:
-        """The pressure P50 at which half of the sintered mass is in lumps, of each scene by its name."""
-        return {
-            scene.name: _find_half_pressure(scene, self.runs[0].config.question.claims.alpha) for scene in self.scenes
-        }
+        """The bracket of P50, the pressure at which half of the sintered mass is in lumps, by scene."""
+        return {scene.name: _bracket_half_pressure(scene) for scene in self.scenes}
 
     def row(self, run_id: str) -> dict[str, Any]:
         """Return the row of numbers of a run; empty without a result."""
@@ -152,12 +151,12 @@ def _has_row(run: Run) -> bool:
     return True
 
 
-def _find_half_pressure(scene: claims.JudgedScene, alpha: float) -> Crossing:
-    """Find P50 of the sintered runs of a scene, by the seeds that have every pressure."""
+def _bracket_half_pressure(scene: claims.JudgedScene) -> Crossing:
+    """Bracket P50 of the sintered runs of a scene, by the seeds that have every pressure."""
     missing = sorted({pressure for arm, pressure in scene.missing if arm == ARMS[0]})
     if missing:
         return Crossing(note=f"no result at {', '.join(f'{p:g}' for p in missing)}")
-    return find_half_pressure(claims.select_arm(scene.table, ARMS[0], "lump_fraction").dropna(), alpha)
+    return bracket_half(claims.select_arm(scene.table, ARMS[0], "lump_fraction").dropna())
 
 
 def read_origin(run: Run) -> tuple[str, str, str]:

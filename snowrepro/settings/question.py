@@ -7,12 +7,15 @@ from pydantic import Field, model_validator
 from .analysis import Analysis
 from .base import Name, Settings
 
-# Columns of a fallen run's summary that something can be claimed of.
+# Columns of a fallen run's summary that something can be claimed of: parts of a whole, from 0 to 1, and others.
+Fraction = Literal[
+    "lump_fraction", "crushed_fraction", "loose_fraction", "powder_fraction", "vanished", "largest_fragment",
+    "median_mass", "broken_bonds", "lumps_by_bonds", "lumps_by_proximity", "lumps_by_grid", "lumps_by_damage",
+]  # fmt: skip
 Measure = Literal[
-    "lump_fraction", "powder_fraction", "vanished", "lumps", "fragments", "largest_fragment", "median_mass",
-    "joined_chance", "effective_number", "second_moment", "broken_bonds", "lumps_by_bonds", "lumps_by_proximity",
-    "lumps_by_grid", "lumps_by_damage", "impact_speed", "flattening_most", "flattening_end", "rebound",
-    "density_at_release", "young_at_release", "hardening_at_release", "factor_at_release",
+    Fraction, "lumps", "fragments", "joined_chance", "effective_number", "second_moment", "impact_speed",
+    "flattening_most", "flattening_end", "rebound", "density_at_release", "young_at_release", "hardening_at_release",
+    "factor_at_release",
 ]  # fmt: skip
 
 
@@ -26,7 +29,7 @@ class Claim(Settings):
     of: Literal["sintered", "unsintered", "contrast"] = "sintered"
     at: Literal["every", "lowest", "highest"] = "every"
     test: Literal["rises", "below", "above", "scenes"]
-    threshold: float
+    threshold: float = Field(description="of the measure, of each of its steps, or of the share of a shape's scenes")
     claims: tuple[str, ...] = Field((), description="scenes: the claims that are counted")
 
 
@@ -34,7 +37,7 @@ class Claims(Settings):
     """What is to be decided, written before the runs that decide it."""
 
     name: Name
-    alpha: float = Field(gt=0, lt=0.5, description="error that a verdict may have [1]")
+    alpha: float = Field(gt=0, lt=0.5, description="chance that a verdict on one scene is wrong, at most [1]")
     list: tuple[Claim, ...]
 
     @model_validator(mode="after")

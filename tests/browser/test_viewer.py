@@ -107,7 +107,7 @@ def pointing(runs, data, fractions) -> dict[str, str]:
     """The same by Python."""
     columns = pd.MultiIndex.from_tuples([(run.case.arm, run.case.pressure) for run in runs])
     means = pd.DataFrame([fractions], columns=columns)
-    judged = [claim for claim in runs[0].config.question.claims.list if claim.test != "scenes"]
+    judged = [c for c in runs[0].config.question.claims.list if c.test != "scenes" and c.measure == "lump_fraction"]
     return {c.name: "agree" if claims.check_agreement(c, means).iloc[0] else "disagree" for c in judged}
 
 

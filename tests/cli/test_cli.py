@@ -160,7 +160,7 @@ def test_claims_runs_judges_and_writes(snowrepro, tmp_path):
     for claim, word in words.items():
         (line,) = [line for line in first.stdout.splitlines() if line.startswith(f"{claim} ")]
         assert line.endswith(f" {word}")
-    assert "INCONCLUSIVE" in words["C1"]  # two seeds and two pressures: p is 1/4 at best
+    assert "INCONCLUSIVE" in words["C1"]  # two seeds: the interval is six times their sd
     assert words["C4"] == words["C5"] == "NOT RUN"
     stamps = [path.stat().st_mtime_ns for path in results(tmp_path)]
     second = snowrepro(*tiny)

@@ -1,6 +1,7 @@
 """Verdicts, their statistics and calibration on tables whose answer is known."""
 
 from collections.abc import Sequence
+from functools import cache
 from typing import get_args
 
 import numpy as np
@@ -11,13 +12,14 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy import stats
 
-from snowrepro.analysis.statistics import adjust_by_holm, estimate_kendall_tau, estimate_mean, run_page_test
+from snowrepro.analysis.statistics import Estimate, estimate_mean
 from snowrepro.composition.compose import compose
 from snowrepro.evidence import claims
-from snowrepro.evidence.calibration import BELOW, BEYOND, calibrate_pressures, find_half_pressure, fit_rising_curve
+from snowrepro.evidence.calibration import Crossing, bracket_half, calibrate_pressures, fit_rising_curve
 from snowrepro.evidence.claims import CONTRADICTED, INCONCLUSIVE, NOT_RUN, REPRODUCED, JudgedScene, Verdict
+from snowrepro.evidence.scenes import judge_scenes
 from snowrepro.settings.case import ARMS
-from snowrepro.settings.question import Claim, Measure
+from snowrepro.settings.question import Claim, Claims, Measure
 from snowrepro.summary.row import ARM, summarise
 
 PAPER = compose().question.claims
@@ -27,7 +29,7 @@ POWDER = [[0.0, 0.0, 0.0]] * 3
 
 
 def table(sintered: Sequence, unsintered: Sequence, pressures: Sequence[float] = PRESSURES) -> pd.DataFrame:
-    """A row a run from values by seed and pressure; None: there is no such run."""
+    """A row a run from lumps by seed and pressure, all else is loose; None: there is no such run."""
     rows = [
         (arm, pressure, seed, value)
         for arm, block in zip(ARMS, (sintered, unsintered), strict=True)
@@ -35,7 +37,8 @@ def table(sintered: Sequence, unsintered: Sequence, pressures: Sequence[float] =
         for pressure, value in zip(pressures, values, strict=False)
         if value is not None
     ]
-    return pd.DataFrame(rows, columns=[ARM, "pressure", "seed", "lump_fraction"])
+    frame = pd.DataFrame(rows, columns=[ARM, "pressure", "seed", "lump_fraction"])
+    return frame.assign(loose_fraction=1 - frame["lump_fraction"])
 
 
 def judged(sintered: Sequence, unsintered: Sequence = POWDER, **options) -> dict[str, Verdict]:
@@ -49,48 +52,36 @@ def words(*blocks: Sequence, **options) -> dict[str, str]:
 # Statistics
 
 
-def test_page_knows_the_order():
-    """Perfect order of 3 x 3: one of the 6^3 orders; of 3 x 5: of the 120^3; ties and the wrong order are no rise."""
-    assert run_page_test(np.array([[1, 2, 3]] * 3)) == pytest.approx(1 / 216, rel=1e-9)
-    assert run_page_test(np.array([[1, 2, 3, 4, 5]] * 3)) == pytest.approx(1 / 120**3, rel=1e-9)
-    assert run_page_test(np.array([[1, 2, 3]] * 2)) == pytest.approx(1 / 36, rel=1e-9)
-    # One neighbouring pair changed: 41 of at most 42, which 1 + 3 * 2 of the 216 orders reach.
-    assert run_page_test(np.array([[1, 2, 3], [1, 2, 3], [2, 1, 3]])) == pytest.approx(7 / 216, rel=1e-9)
-    assert run_page_test(np.array([[3, 2, 1]] * 3)) == 1.0
-    assert run_page_test(np.zeros((3, 3))) > 0.5
-    assert run_page_test(np.array([[1, 2, 3]])) is None
-    assert run_page_test(np.array([[1], [2]])) is None
-
-
-def test_page_at_two_places_is_the_sign_test():
-    assert run_page_test(np.array([[0, 1]] * 5)) == pytest.approx(1 / 32)
-    assert run_page_test(np.array([[0, 1], [0, 1], [1, 0]])) == pytest.approx(4 / 8)
-    assert run_page_test(np.array([[1, 1]] * 5)) == 1.0
-
-
 def test_the_interval_is_students():
+    """Each end alone leaves the mean out with a chance of alpha."""
     got = estimate_mean(np.array([0.1, 0.2, 0.3]), 0.05)
-    half = 4.302652729911275 * 0.1 / np.sqrt(3)  # t(0.975, 2)
+    half = 2.919985580353726 * 0.1 / np.sqrt(3)  # t(0.95, 2)
     assert (got.mean, got.low, got.high) == pytest.approx((0.2, 0.2 - half, 0.2 + half))
     assert estimate_mean(np.array([0.1]), 0.05).low is None
-    assert estimate_mean(np.zeros(2), 0.05) == claims.Estimate(0.0, 0.0, 0.0)
+    assert estimate_mean(np.zeros(2), 0.05) == Estimate(0.0, 0.0, 0.0, 2)
 
 
-def test_holm_by_hand():
-    """The least times 3, the next times 2, never less than the one before, never above 1; in the given order."""
-    np.testing.assert_allclose(adjust_by_holm(np.array([0.04, 0.01, 0.03])), [0.06, 0.03, 0.06])
-    np.testing.assert_allclose(adjust_by_holm(np.array([0.6, 0.5])), [1.0, 1.0])
+@settings(deadline=None, max_examples=60)
+@given(st.lists(st.floats(0, 1), min_size=2, max_size=5), st.sampled_from([0.1, 0.5, 0.9]))
+def test_limits_cut_an_interval_and_change_no_decision(values, threshold):
+    free, cut = (estimate_mean(np.array(values), 0.05, limits) for limits in ((-np.inf, np.inf), (0.0, 1.0)))
+    assert 0.0 <= cut.low <= cut.mean <= cut.high <= 1.0
+    assert (cut.is_above(threshold), cut.is_below(threshold)) == (free.is_above(threshold), free.is_below(threshold))
 
 
-def test_tau_counts_pairs_within_a_seed():
-    """Orders 1 2 3 and 2 1 3: taus 1 and 1/3; equal values have none."""
-    assert estimate_kendall_tau(np.array([[1, 2, 3], [2, 1, 3]]), 0.05).mean == pytest.approx(2 / 3)
-    assert estimate_kendall_tau(np.array([[1, 2, 3]] * 3), 0.05) == claims.Estimate(1.0, 1.0, 1.0)
-    assert estimate_kendall_tau(np.zeros((2, 3)), 0.05).mean == 0.0
-    one = estimate_kendall_tau(np.array([[1, 2, 3]]), 0.05)
-    assert (one.mean, one.low) == (1.0, None)
-    mixed = estimate_kendall_tau(np.array([[1, 2, 3], [2, 1, 3], [1, 2, 3], [3, 2, 1]]), 0.05)
-    assert -1 <= mixed.low < mixed.mean < mixed.high <= 1
+@pytest.mark.parametrize(
+    ("values", "text"),
+    [
+        ([0.0, 0.0, 0.0], "none in 3 seeds"),
+        ([0.25, 0.25], "0.25 in all 2 seeds"),
+        ([0.9], "0.90"),
+        ([0.1, 0.2, 0.3], "0.20 [0.03, 0.37]"),
+        ([0.9, 0.99, 0.95], "0.95 [0.87, 1.00]"),
+    ],
+)
+def test_an_interval_says_what_it_knows(values, text):
+    """Equal values have no spread, and their interval is not drawn as one."""
+    assert claims.format_interval(estimate_mean(np.array(values), 0.05, (0.0, 1.0))) == text
 
 
 # One scene
@@ -99,18 +90,17 @@ def test_tau_counts_pairs_within_a_seed():
 def test_what_the_paper_claims_is_reproduced():
     verdicts = judged(LIKE_THE_PAPER)
     assert {v.word for v in verdicts.values()} == {REPRODUCED}
-    assert verdicts["C1"].p == verdicts["C5"].p == pytest.approx(1 / 216)
-    assert verdicts["C1"].effect.mean == pytest.approx(0.58)
-    assert verdicts["C1"].tau.mean == 1.0
+    assert (verdicts["C1"].effect.mean, verdicts["C1"].effect_of) == (pytest.approx(0.27), "530 to 3300")
+    assert verdicts["C1"].margin == pytest.approx(0.27)
     assert verdicts["C1"].seeds == 3
     assert not any(v.calibrated or v.disagrees or v.note for v in verdicts.values())
     assert all(v.agrees for v in verdicts.values())
 
 
 def test_equal_values_are_decided():
-    """Exactly 0.00 in two seeds has an interval, of length 0."""
+    """Exactly 0.00 in two seeds is below one half, and says so without an interval."""
     c4 = judged(LIKE_THE_PAPER[:2], POWDER[:2])["C4"]
-    assert (c4.word, c4.effect) == (REPRODUCED, claims.Estimate(0.0, 0.0, 0.0))
+    assert (c4.word, c4.effect_text) == (REPRODUCED, "none in 2 seeds, at 340")
     assert words(LIKE_THE_PAPER, [[0.5] * 3] * 3)["C4"] == INCONCLUSIVE  # half and half is neither
     assert words(POWDER)["C1"] == INCONCLUSIVE  # nothing rises and nothing falls
     assert words(POWDER)["C3"] == CONTRADICTED
@@ -144,20 +134,19 @@ def test_what_may_be_chance_is_inconclusive():
     verdicts = judged([[0.45, 0.5, 0.6], [0.2, 0.4, 0.3], [0.48, 0.4, 0.7]])
     assert {verdicts[c].word for c in ("C1", "C2", "C3")} == {INCONCLUSIVE}
     assert verdicts["C2"].agrees and verdicts["C3"].agrees
-    assert "holds 0.5" in verdicts["C3"].note
-    assert "p > 0.05" in judged([[0.1, 0.3, 0.2], [0.2, 0.1, 0.3], [0.3, 0.2, 0.4]])["C1"].note
+    assert verdicts["C3"].note == "open: 3300; the numbers agree"
 
 
 def test_bonferroni_for_what_is_against_the_claim():
-    """One of three pressures above 1/2 by a t interval of 1 - alpha / 3, not by one of 1 - alpha."""
+    """One of three pressures above 1/2 with a chance of alpha / 3 to be wrong, not of alpha."""
     middle = np.array([0.55, 0.60, 0.65])
-    low = middle.mean() - stats.t.ppf(1 - 0.05 / 2, 2) * stats.sem(middle)
+    low = middle.mean() - stats.t.ppf(1 - 0.05, 2) * stats.sem(middle)
     near = middle - low + 0.501  # just above by the usual interval
     c4 = judged(LIKE_THE_PAPER, [[0.0, value, 0.0] for value in near])["C4"]
     assert c4.word == INCONCLUSIVE
     assert c4.effect.low == pytest.approx(0.501)
     assert c4.effect_of == "at 530"
-    lower = middle.mean() - stats.t.ppf(1 - 0.05 / 6, 2) * stats.sem(middle)
+    lower = middle.mean() - stats.t.ppf(1 - 0.05 / 3, 2) * stats.sem(middle)
     assert words(LIKE_THE_PAPER, [[0.0, value, 0.0] for value in middle - lower + 0.501])["C4"] == CONTRADICTED
 
 
@@ -166,24 +155,13 @@ def test_one_seed_decides_nothing():
     verdicts = judged(LIKE_THE_PAPER[:1], POWDER[:1])
     assert {v.word for v in verdicts.values()} == {INCONCLUSIVE}
     assert {v.note for v in verdicts.values()} == {"one seed decides nothing; the numbers agree"}
-    assert all(v.agrees and v.p is None and v.effect.low is None for v in verdicts.values())
+    assert all(v.agrees and v.effect.low is None for v in verdicts.values())
     against = judged([[0.9, 0.5, 0.2]], POWDER[:1])["C1"]
     assert (against.word, against.agrees) == (INCONCLUSIVE, False)
     assert against.note.endswith("the numbers disagree")
     said = claims.write_sentence(table([[0.9, 0.5, 0.2]], POWDER[:1]), [against, verdicts["C4"]])
     assert "one seed decides nothing, the numbers disagree with: C1" in said
     assert "the numbers agree with: C4" in said
-
-
-@pytest.mark.parametrize(("pressures", "least"), [(1, 2), (2, 5), (3, 2), (4, 2)])
-def test_so_many_seeds_can_reproduce_a_claim(pressures, least):
-    """With as many that agree all claims are reproduced, and with one less at least one is not."""
-    assert claims.count_least_seeds(PAPER, pressures) == least
-    rising = [[0.2, 0.9] if pressures == 2 else [0.2, 0.5, 0.9, 0.95][:pressures]]
-    for seeds, is_enough in ((least, True), (least - 1, False)):
-        found = claims.judge_claims(PAPER, table(rising * seeds, [[0.0] * pressures] * seeds, (1.0, 2.0, 3.0, 4.0)))
-        words = [verdict.word for verdict in found if pressures > 1 or verdict.claim in ("C2", "C4")]
-        assert (set(words) == {REPRODUCED}) == is_enough
 
 
 def test_calibration_stands_beside_the_word():
@@ -194,14 +172,15 @@ def test_calibration_stands_beside_the_word():
     assert verdicts["C1"].label == "REPRODUCED (by calibration, no test)"
     assert verdicts["C4"].label == "REPRODUCED"
     said = claims.write_sentence(table(LIKE_THE_PAPER, POWDER), list(verdicts.values()))
-    assert "reproduced (by calibration, no test): C1, C2, C3, C5" in said
-    assert "reproduced: C4" in said
+    assert "reproduced (by calibration, no test): C1, C2, C3;" in said
+    assert "reproduced: C2-loose, C4, C4-loose" in said
+    assert said.endswith("the same numbers as C1: C5.")
 
 
 def test_missing_arms_are_not_run():
     """A claim without runs has no verdict; an empty table has none at all; one pressure has no order."""
     only = judged(LIKE_THE_PAPER, [])
-    assert [c for c, v in only.items() if v.word == NOT_RUN] == ["C4", "C5"]
+    assert [c for c, v in only.items() if v.word == NOT_RUN] == ["C4", "C4-loose", "C5"]
     assert "without" not in claims.write_sentence(table(LIKE_THE_PAPER, []), list(only.values()))
     assert {v.word for v in claims.judge_claims(PAPER, pd.DataFrame())} == {NOT_RUN}
     one = {v.claim: v for v in claims.judge_claims(PAPER, table([[0.2]] * 3, [[0.0]] * 3))}
@@ -240,7 +219,7 @@ def test_contrast_is_taken_seed_by_seed():
     sintered, loose = np.array([[0.1, 0.2, 0.3]] * 3) + shift, np.array([[0.0, 0.0, 0.0]] * 3) + shift
     c5 = judged(sintered.tolist(), loose.tolist())["C5"]
     assert c5.word == REPRODUCED
-    assert c5.effect.high - c5.effect.low < 1e-12
+    assert c5.effect.is_of_equals
 
 
 # Numbers without rounding, so that equal means are equal.
@@ -250,7 +229,7 @@ BLOCKS = st.integers(1, 4).flatmap(
 )
 
 
-@settings(deadline=None, max_examples=30)
+@settings(deadline=None, max_examples=15)
 @given(sintered=BLOCKS, order=st.randoms(use_true_random=False))
 def test_the_order_of_seeds_and_rows_does_not_matter(sintered, order):
     loose = [[0.0, 0.25, 0.25]] * len(sintered)
@@ -263,108 +242,185 @@ def test_the_order_of_seeds_and_rows_does_not_matter(sintered, order):
     order.shuffle(rows)
     for verdict in claims.judge_claims(PAPER, frame.loc[rows]):
         was = expected[verdict.claim]
-        assert (verdict.word, verdict.agrees, verdict.p) == (was.word, was.agrees, was.p)
+        assert (verdict.word, verdict.agrees, verdict.same_as) == (was.word, was.agrees, was.same_as)
         assert verdict.effect.mean == pytest.approx(was.effect.mean)
-        assert verdict.tau == was.tau
 
 
-@settings(deadline=None, max_examples=30)
+@settings(deadline=None, max_examples=15)
 @given(sintered=BLOCKS, shift=st.integers(-2048, 2048).map(lambda n: n / 1024))
 def test_a_constant_does_not_change_what_rises(sintered, shift):
     moved = [[value + shift for value in values] for values in sintered]
     one, other = judged(sintered)["C1"], judged(moved)["C1"]
-    assert (one.word, one.agrees, one.p, one.tau) == (other.word, other.agrees, other.p, other.tau)
-    assert one.effect.mean == other.effect.mean
+    assert (one.word, one.agrees, one.margin) == (other.word, other.agrees, other.margin)
 
 
-@pytest.mark.parametrize("seeds", [3, *(pytest.param(seeds, marks=pytest.mark.nightly) for seeds in (2, 5))])
-def test_no_effect_is_rarely_called_one(seeds):
-    """Of 500 tables of noise at most alpha are called a rise, and at most alpha a fall (three sigmas of chance)."""
-    rng, tables = np.random.default_rng(seeds), 500
-    rise = PAPER.model_copy(update={"list": PAPER.list[:1]})
-    frame = table(rng.normal(size=(seeds, 3)).tolist(), [])
-    found = []
-    for _ in range(tables):
-        frame["lump_fraction"] = rng.normal(size=len(frame))
-        found.append(claims.judge_claims(rise, frame)[0].word)
-    most = PAPER.alpha * tables + 3 * np.sqrt(tables * PAPER.alpha * (1 - PAPER.alpha))
-    assert found.count(REPRODUCED) <= most
-    assert found.count(CONTRADICTED) <= most
-    assert found.count(REPRODUCED) > 0 or seeds == 2
+STEPS = st.floats(0.01, 0.5)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=20)
+@given(st.lists(st.lists(STEPS, min_size=4, max_size=4), min_size=2, max_size=5), st.integers(0, 3), st.floats(-0.5, 0))
+def test_a_flat_or_falling_step_is_never_a_rise(steps, place, fall):
+    """Whatever the other steps are, and by the mean of the seeds alone; if it falls alike in all, it is certain."""
+    changed = np.array(steps)
+    changed[:, place] += fall - changed[:, place].mean()
+    frame = table(np.cumsum(np.c_[np.zeros(len(steps)), changed], axis=1).tolist(), [], pressures=range(5))
+    rise = claims.judge_claims(PAPER, frame)[0]
+    assert rise.word != REPRODUCED
+    changed[:, place] = fall
+    frame = table(np.cumsum(np.c_[np.zeros(len(steps)), changed], axis=1).tolist(), [], pressures=range(5))
+    assert claims.judge_claims(PAPER, frame)[0].word == (CONTRADICTED if fall < -1e-9 else INCONCLUSIVE)
+
+
+@settings(deadline=None, max_examples=15)
+@given(sintered=BLOCKS, value=VALUES)
+def test_the_rise_of_the_contrast_is_that_of_sintered_snow_where_the_other_is_constant(sintered, value):
+    """It has the same word and numbers, and says which claim it repeats; where the other snow changes, it does not."""
+    verdicts = judged(sintered, [[value] * 3] * len(sintered))
+    assert verdicts["C5"].same_as == "C1"
+    assert verdicts["C5"].word == verdicts["C1"].word
+    assert verdicts["C5"].margin == verdicts["C1"].margin
+    assert not judged(sintered, [[value, value, value + 0.001]] * len(sintered))["C5"].same_as
+    assert not judged(sintered, [])["C5"].same_as
+
+
+@settings(deadline=None, max_examples=30)
 @given(st.lists(st.floats(0, 1).map(lambda value: round(value, 2)), min_size=6, max_size=6))
 def test_many_at_once_point_where_one_points(values):
-    """``claims.points`` of a row is ``Verdict.agrees`` of a table with the same numbers."""
+    """``check_agreement`` of a row is ``Verdict.agrees`` of a table with the same numbers."""
     names = [(arm, p) for arm in ARMS for p in PRESSURES]
     one = pd.DataFrame(names, columns=[ARM, "pressure"]).assign(seed=0, lump_fraction=values)
     means = pd.DataFrame([values], columns=pd.MultiIndex.from_tuples(names))
     verdicts = {v.claim: v.agrees for v in claims.judge_claims(PAPER, one)}
     for claim in PAPER.list:
-        if claim.test != "scenes":
+        if claim.test != "scenes" and claim.measure == "lump_fraction":
             assert bool(claims.check_agreement(claim, means).iloc[0]) == verdicts[claim.name], claim.name
+
+
+# Other readings of powder
+
+
+def test_loose_snow_is_judged_by_its_own_column():
+    """What is crushed in one piece is in no lump and not loose: one reading holds, the other does not."""
+    frame = table(LIKE_THE_PAPER, POWDER).assign(crushed_fraction=0.9, loose_fraction=0.1, flattening_end=0.76)
+    verdicts = {v.claim: v for v in claims.judge_claims(PAPER, frame)}
+    assert (verdicts["C4"].word, verdicts["C4-loose"].word) == (REPRODUCED, CONTRADICTED)
+    assert verdicts["C4"].beside == "crushed 0.90, 0.90, 0.90; height lost 0.76, 0.76, 0.76"
+    assert verdicts["C2"].beside == "crushed 0.90; height lost 0.76"
+    assert verdicts["C5"].beside == ""
+    said = claims.write_sentence(frame, list(verdicts.values()))
+    assert "without sintering the mass in lumps is 0.00, 0.00, 0.00 (crushed 0.90, 0.90, 0.90; loose 0.10, " in said
+
+
+def test_a_measure_that_the_runs_lack_is_not_run():
+    frame = table(LIKE_THE_PAPER, POWDER).drop(columns="loose_fraction")
+    verdicts = {v.claim: v for v in claims.judge_claims(PAPER, frame)}
+    assert [name for name, verdict in verdicts.items() if verdict.word == NOT_RUN] == ["C2-loose", "C4-loose"]
+    assert verdicts["C4-loose"].agrees is None
 
 
 # Over scenes
 
-
-def scenes(agree: int, disagree: int, seeds: int = 1) -> list[JudgedScene]:
-    """The calibrated scene and others, of which some disagree with C2 alone."""
-    good, bad = LIKE_THE_PAPER[:seeds], [[0.6, 0.7, 0.9]] * seeds
-    made = []
-    for i, block in enumerate([good] * (1 + agree) + [bad] * disagree):
-        frame = table(block, POWDER[:seeds])
-        made.append(
-            JudgedScene("ball", f"floor{i}", frame, i == 0, claims.judge_claims(PAPER, frame, calibrated=i == 0))
-        )
-    return made
+GOOD, LOST = LIKE_THE_PAPER, [[0.6, 0.7, 0.9], [0.62, 0.7, 0.9], [0.61, 0.71, 0.9]]  # LOST: C2 fails
 
 
-def over(found: list[JudgedScene]) -> Verdict:
-    (verdict,) = claims.judge_scenes(PAPER, found)
-    return verdict
+def move(block: Sequence, *shifts: float) -> list:
+    """Add to the values at each pressure."""
+    return np.add(block, shifts).tolist()
 
 
-def test_other_scenes_are_counted_by_exact_tests():
-    """27 scenes beside the calibrated one: 22 of 27 are more than half, Holm over five claims."""
-    c6 = over(scenes(22, 5))
-    assert c6.word == REPRODUCED
-    assert c6.measured == "C1 in 27 of 27, C2 in 22 of 27, C3 in 27 of 27, C4 in 27 of 27, C5 in 27 of 27"
-    assert c6.p == pytest.approx(stats.binomtest(22, 27, 0.5, alternative="greater").pvalue)  # the largest: times 1
-    assert c6.p == pytest.approx(0.00076, rel=0.01)
-    assert [part.estimate.mean for part in c6.parts][:2] == [1.0, pytest.approx(22 / 27)]
-    assert c6.disagrees == ("C2: " + ", ".join(f"ball on floor{i}" for i in range(23, 28)),)
+@cache
+def judge_block(block: tuple, seeds: int, calibrated: bool) -> tuple[pd.DataFrame, list[Verdict]]:
+    frame = table(block[:seeds], POWDER[:seeds])
+    return frame, claims.judge_claims(PAPER, frame, calibrated=calibrated)
 
 
-def test_scenes_that_are_no_majority():
-    """18 of 27 may be chance of 1/2 (p 0.061), 5 of 27 is a contradiction of C2 for all five."""
-    unsure = over(scenes(18, 9))
-    assert (unsure.word, unsure.agrees) == (INCONCLUSIVE, True)
-    assert unsure.p == pytest.approx(stats.binomtest(18, 27, 0.5, alternative="greater").pvalue)
-    against = over(scenes(5, 22))
-    assert (against.word, against.agrees) == (CONTRADICTED, False)
-    assert against.p == pytest.approx(5 * stats.binomtest(5, 27, 0.5, alternative="less").pvalue)
-    assert [part.where for part in against.parts if part.certain] == ["C2"]
+def make_scene(shape: str, number: int, block: Sequence, seeds: int, calibrated: bool = False) -> JudgedScene:
+    frame, verdicts = judge_block(tuple(map(tuple, block)), seeds, calibrated)
+    return JudgedScene(shape, f"floor{number}", frame, calibrated, verdicts)
 
 
-def test_holm_decides_over_scenes():
-    """Five of five scenes: p = 1/32 each, 5/32 after Holm; eight of eight: 5/256."""
-    assert over(scenes(5, 0)).word == INCONCLUSIVE
-    assert over(scenes(5, 0)).p == pytest.approx(5 / 32)
-    assert over(scenes(8, 0)).word == REPRODUCED
+def make_scenes(against: dict[str, int], floors: int = 3, seeds: int = 1) -> list[JudgedScene]:
+    """The calibrated scene, and ``floors`` scenes of each shape, of which the number given disagrees with C2 alone."""
+    others = move(GOOD, 0.05, 0.05, -0.05)  # not the calibrated scene again
+    found = [make_scene("ball", 99, GOOD, seeds, calibrated=True)]
+    for shape, bad in against.items():
+        found += [make_scene(shape, i, LOST if i < bad else others, seeds) for i in range(floors)]
+    return found
+
+
+def over(found: Sequence[JudgedScene], paper: Claims = PAPER) -> Verdict:
+    return next(verdict for verdict in judge_scenes(paper, found) if verdict.claim == "C6")
+
+
+def test_scenes_are_counted_by_shape():
+    """One scene of three against C2 loses no shape, two do; the margins are there, and C5 counts once, as C1."""
+    c6 = over(make_scenes({"ball": 0, "star": 1, "triangle": 0, "rectangle": 0}))
+    assert (c6.word, c6.agrees) == (REPRODUCED, True)
+    assert [count.claim for count in c6.counts] == ["C1", "C2", "C3", "C4"]
+    assert "C2 on 4 of 4 shapes (11 of 12 scenes)" in c6.measured
+    assert "C5: the same numbers as another claim in every scene" in c6.note
+    star = c6.counts[1].by_shape[1]
+    assert (star.shape, star.agree, star.scenes) == ("star", 2, 3)
+    assert (star.least, star.most) == pytest.approx((-0.1, 0.25))
+    lost = over(make_scenes({"ball": 0, "star": 2, "triangle": 0, "rectangle": 0}))
+    assert (lost.word, lost.agrees) == (INCONCLUSIVE, False)
+    assert lost.disagrees == ("C2: star (1 of 3)",)
+    none = over(make_scenes({"ball": 2, "star": 2, "triangle": 3, "rectangle": 3}))
+    assert (none.word, none.agrees) == (CONTRADICTED, False)
+
+
+def test_few_shapes_decide_nothing():
+    """However many scenes there are of them."""
+    c6 = over(make_scenes({"ball": 0, "star": 0, "triangle": 0}, floors=9))
+    assert (c6.word, c6.agrees) == (INCONCLUSIVE, True)
+    assert c6.note.startswith("3 shapes decide nothing, 4 are needed.")
+
+
+@pytest.mark.parametrize(("shift", "is_same"), [(0.0, True), (0.015, True), (0.04, False)])
+def test_scenes_that_are_the_calibrated_one_again_are_left_out(shift, is_same):
+    found = make_scenes({"ball": 0, "star": 0, "triangle": 0, "rectangle": 0})
+    found.append(make_scene("ball", 7, move(GOOD, 0.0, shift, 0.0), 1))
+    c6 = over(found)
+    assert c6.left_out == (("ball on floor7",) if is_same else ())
+    assert ("ball on floor7" in c6.note) == is_same
+    assert c6.counts[0].by_shape[0].scenes == (3 if is_same else 4)
+
+
+def test_seeds_say_how_far_the_same_scene_may_differ():
+    """By 0.05 at one pressure, where its own seeds differ by as much."""
+    wide = [[0.15, 0.5, 0.8], [0.2, 0.5, 0.8], [0.25, 0.5, 0.8]]
+    found = make_scenes({"star": 0, "triangle": 0, "rectangle": 0, "ball": 0}, seeds=3)
+    found[0] = make_scene("ball", 99, wide, 3, calibrated=True)
+    found += [
+        make_scene("ball", 7, move(wide, 0.05, 0.0, 0.0), 3),
+        make_scene("ball", 8, move(wide, 0.0, 0.0, 0.05), 3),
+    ]
+    assert over(found).left_out == ("ball on floor7",)
+
+
+@settings(deadline=None, max_examples=10)
+@given(st.randoms(use_true_random=False), st.lists(st.integers(0, 3), min_size=4, max_size=4))
+def test_the_order_of_scenes_does_not_matter(order, against):
+    found = make_scenes(dict(zip(("ball", "star", "triangle", "rectangle"), against, strict=True)))
+    expected = over(found)
+    order.shuffle(found)
+    c6 = over(found)
+    assert (c6.word, c6.agrees, c6.measured) == (expected.word, expected.agrees, expected.measured)
+    assert {frozenset(count.by_shape) for count in c6.counts} == {
+        frozenset(count.by_shape) for count in expected.counts
+    }
 
 
 def test_other_scenes_need_runs():
     """The calibrated scene and one other are no statement of others; nor are scenes with missing runs."""
-    assert over(scenes(1, 0)).word == NOT_RUN
-    found = scenes(9, 0)
+    assert over(make_scenes({"star": 0}, floors=1)).word == NOT_RUN
+    found = make_scenes({"ball": 0, "star": 0, "triangle": 0, "rectangle": 0})
     frame = found[3].table[lambda t: t["pressure"] < 3000]
     lost = [("sintered", PRESSURES[2])]
-    found[3] = JudgedScene("ball", "floor3", frame, False, claims.judge_claims(PAPER, frame, missing=lost))
+    found[3] = JudgedScene("ball", "floor2", frame, False, claims.judge_claims(PAPER, frame, missing=lost))
     c6 = over(found)
-    assert (c6.word, c6.note) == (NOT_RUN, "Not all runs are there on ball on floor3.")
-    assert "C1 in 8 of 8, C2 in 9 of 9" in c6.measured
+    assert (c6.word, c6.note) == (NOT_RUN, "Not all runs are there on ball on floor2.")
+    assert "C1 on 4 of 4 shapes (11 of 11 scenes), C2 on 4 of 4 shapes (12 of 12 scenes)" in c6.measured
 
 
 # Curves
@@ -387,52 +443,55 @@ def blocks(values: Sequence, pressures: Sequence[float] = (10.0, 100.0, 1000.0))
     return pd.DataFrame(values, columns=pressures, dtype=float)
 
 
-def test_half_pressure_is_where_the_curve_crosses():
-    """Halfway in log pressure between 0.4 and 0.6; equal seeds have an interval of length 0; one seed has none."""
-    got = find_half_pressure(blocks([[0.4, 0.6, 0.9]] * 3), 0.05)
-    assert got.pressure == pytest.approx(10**1.5)
-    assert (got.low, got.high) == pytest.approx((10**1.5, 10**1.5))
-    assert find_half_pressure(blocks([[0.4, 0.6, 0.9]]), 0.05).low is None
-    spread = find_half_pressure(blocks([[0.4, 0.6, 0.9], [0.3, 0.55, 0.9], [0.45, 0.7, 0.9]]), 0.05)
-    assert 10 < spread.low < spread.pressure < spread.high < 100
-    assert spread == find_half_pressure(blocks([[0.45, 0.7, 0.9], [0.4, 0.6, 0.9], [0.3, 0.55, 0.9]]), 0.05)
-
-
 @pytest.mark.parametrize(
-    ("values", "note"),
+    ("values", "low", "high"),
     [
-        ([[0.6, 0.7, 0.8]], "not crossed: half or more in lumps at every pressure"),
-        ([[0.1, 0.2, 0.3]], "not crossed: less than half in lumps at every pressure"),
-        ([[0.1, 0.5, 0.5]], "ambiguous: 1/2 at several pressures"),
-        ([[0.1, 0.6, 0.4]], "ambiguous: 1/2 at several pressures"),  # levelled
-        ([], "no runs"),
+        ([[0.4, 0.6, 0.9]] * 3, 10, 100),
+        ([[0.4, 0.6, 0.9]], 10, 100),
+        ([[0.4, 0.6, 0.9], [0.3, 0.45, 0.9]], 10, 1000),  # one seed crosses later
+        ([[0.4, 0.5, 0.9]], 10, 1000),  # one half itself is on no side
+        ([[0.6, 0.7, 0.8]], None, 10),
+        ([[0.1, 0.2, 0.3]], 1000, None),
+        ([[0.7, 0.8, 0.9], [0.2, 0.6, 0.9]], None, 100),
+        ([[0.1, 0.6, 0.4]], 10, None),  # crosses, and falls back
     ],
 )
-def test_half_pressure_is_none_where_there_is_none(values, note):
-    got = find_half_pressure(blocks(values), 0.05)
-    assert (got.pressure, got.low, got.high, got.note) == (None, None, None, note)
+def test_half_is_bracketed_by_pressures_that_were_run(values, low, high):
+    assert bracket_half(blocks(values)) == Crossing(low, high, len(values))
 
 
-def test_an_interval_may_end_outside_the_pressures_run():
-    low = find_half_pressure(blocks([[0.7, 0.8, 0.9], [0.2, 0.6, 0.9], [0.3, 0.6, 0.9]]), 0.05)
-    assert low.low == BELOW < low.pressure < low.high < BEYOND
-    high = find_half_pressure(blocks([[0.1, 0.2, 0.3], [0.2, 0.4, 0.7], [0.2, 0.4, 0.8]]), 0.05)
-    assert high.high == BEYOND
+def test_half_is_not_bracketed_where_seeds_disagree_everywhere():
+    assert bracket_half(blocks([[0.1, 0.2, 0.3], [0.7, 0.8, 0.9]])).note.startswith("not bracketed")
+    assert bracket_half(blocks([])).note == "no runs"
+
+
+@settings(deadline=None, max_examples=60)
+@given(BLOCKS, st.randoms(use_true_random=False))
+def test_a_bracket_holds_the_crossing_of_every_seed(values, order):
+    """All seeds are below one half up to its lower end, above it from its upper end on; seeds have no order."""
+    frame = blocks(values)
+    got = bracket_half(frame)
+    order.shuffle(values)
+    assert bracket_half(blocks(values)) == got
+    assert got.low is None or (frame.loc[:, : got.low] < 0.5).all(axis=None)
+    assert got.high is None or (frame.loc[:, got.high :] > 0.5).all(axis=None)
+
+
+NOT_YET = {"crushed_fraction", "loose_fraction"}  # the summary gets them with the measure of three states
 
 
 def test_every_measure_is_a_number_in_the_summary(small_run):
     """A claim about another one is refused before any run, with the right names."""
     row = summarise(small_run)
-    for name in get_args(Measure):
+    for name in set(get_args(Measure)) - NOT_YET:
         assert isinstance(row[name], int | float) and not isinstance(row[name], bool), name
     claim = compose().question.claims.list[0].model_dump()
-    with pytest.raises(ValidationError, match="'lump_fraction', 'powder_fraction'"):
+    with pytest.raises(ValidationError, match="'lump_fraction', 'crushed_fraction'"):
         Claim.model_validate({**claim, "measure": "lumpiness"})
 
 
 def test_an_order_without_an_effect_is_inconclusive():
-    """Every seed rises, so the order is no chance; but by how much, the seeds do not agree."""
+    """Every seed rises at every step; but by how much, the seeds do not agree."""
     verdict = judged([[0.0, 0.01, 0.02], [0.0, 0.01, 0.02], [0.0, 0.3, 0.9]], POWDER)["C1"]
-    assert verdict.p == pytest.approx(1 / 216)
     assert (verdict.word, verdict.agrees) == (INCONCLUSIVE, True)
-    assert "the interval of the effect holds 0" in verdict.note
+    assert verdict.note == "open: 340 to 530, 530 to 3300; the numbers agree"

@@ -47,6 +47,7 @@ def fill(plan: Plan, lumps: Callable[[Run], float | None]) -> Plan:
         run.save(make_grain())
         row = {"run_id": run.id, "shape": run.case.shape.name, "floor": run.case.floor.name}
         row |= {"sintering": run.case.sintering.name, "pressure": run.case.pressure, "seed": run.case.seed}
-        row |= {"lump_fraction": value, "settled": True, "seconds": 1.0}
+        row |= {"lump_fraction": value, "crushed_fraction": 0.0, "loose_fraction": 1.0 - value}
+        row |= {"settled": True, "seconds": 1.0}
         run.save_row(summary.make_key(run.config.question.analysis), row)
     return plan

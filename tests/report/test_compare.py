@@ -36,11 +36,11 @@ def test_what_changes_comes_first(compared):
 
     page, table = compared(more_at_the_lowest)
     changes = page.split("What changes in the verdicts")[1].split("##")[0]
-    assert changes.count("- **") == 3  # C1, C2 and C5
+    assert changes.count("- **") == 3  # C1, C2 and C2-loose; C5 has the numbers of C1
     assert "**C2**, star on stair3: A **REPRODUCED** (0.21 " in changes and "B **CONTRADICTED** (0.61 " in changes
     assert "`reading.gravity 10 -> 20`" in page.split("## Verdicts")[0]
     rows = [line for line in page.split("## Verdicts")[1].split("## Numbers")[0].splitlines() if line.startswith("| C")]
-    assert {row.split("|")[1].strip() for row in rows[:3]} == {"C1", "C2", "C5"}
+    assert {row.split("|")[1].strip() for row in rows[:4]} == {"C1", "C2", "C2-loose", "C5"}
     assert table["difference"].abs().is_monotonic_decreasing
     assert table["difference"].head(3).tolist() == pytest.approx([0.4] * 3)
     assert set(table["pressure"].head(3)) == {340}
@@ -50,7 +50,7 @@ def test_what_changes_comes_first(compared):
 def test_the_same_is_said_to_be_the_same(compared):
     """No verdict changes, no number differs."""
     page, table = compared(paper_like)
-    assert "Nothing: 6 verdicts are the same word in both." in page
+    assert "Nothing: 8 verdicts are the same word in both." in page
     assert not table["difference"].any()
 
 

@@ -223,22 +223,25 @@ def test_convergence_tells_what_moves_beyond_the_seeds(tmp_path):
                 asked.append(run)
                 row = {"run_id": run.id, ARM: run.case.arm, "sintering": name, "pressure": float(pressure)}
                 row |= {"seed": run.case.seed}
-                row |= {"lump_fraction": value if name == "paper" else 0.01, "particles": 10, "substeps": 5}
+                part = (value or 0.0) if name == "paper" else 0.01
+                row |= {"lump_fraction": part, "loose_fraction": 1 - part, "particles": 10, "substeps": 5}
                 if value is None:
                     missing.add(row["run_id"])
                 else:
                     rows.append({**row, "seconds": 1.0, "energy_unclosed": 0.01})
     evidence = Evidence(experiment, asked, pd.DataFrame(rows), tmp_path, frozenset(missing))
     content = convergence.report(evidence)
-    assert "Of 2 seeds 2 give the claims of the base (C1 C2 C3 C4 C5)" in content.verdict
-    assert "claims are moved by half the time step (-C2);" in content.verdict
+    assert "Of 2 seeds 2 give the claims of the base (C1 C2 C2-loose C3 C4 C4-loose C5)" in content.verdict
+    assert "claims are moved by half the time step (-C2, -C2-loose);" in content.verdict
     assert "only numbers, beyond the range of the seeds, by twice the grid spacing (+0.05);" in content.verdict
     assert "nothing beyond that range by single precision;" in content.verdict
-    assert content.verdict.endswith("not judged, as runs failed or are missing: another transfer, MLS (C1 C3 C4 C5).")
+    assert content.verdict.endswith(
+        "not judged, as runs failed or are missing: another transfer, MLS (C1 C3 C4 C4-loose C5)."
+    )
     (shown,) = [b for b in content.blocks if isinstance(b, Table)]
     of_mls = shown.frame.set_index("what was changed").loc["another transfer, MLS"]
     assert of_mls["at 3300"] == "not run" and of_mls["at 340"] == "0.21"
-    assert of_mls["claims"] == "C1 C3 C4 C5 not judged"
+    assert of_mls["claims"] == "C1 C3 C4 C4-loose C5 not judged"
     table = pd.read_csv(tmp_path / "convergence.csv").set_index("variant")
     assert list(table.index)[:2] == ["base", "seed=1"]
     assert table.loc["solver.cfl=0.2", "moves"] == "+0.30 at 340"

@@ -27,6 +27,7 @@ def variant(changes, lumps=(), loose=0.01, others=()):
     rows = [(arm, p, value) for arm, values in zip(ARMS, (lumps, [loose] * len(lumps)), strict=True)
             for p, value in zip(PRESSURES, values, strict=False)]  # fmt: skip
     table = pd.DataFrame(rows, columns=[ARM, "pressure", "lump_fraction"]).assign(seed=0)
+    table["loose_fraction"] = 1 - table["lump_fraction"]
     done = table.dropna()
     missing = [(row.arm, row.pressure) for row in table[table["lump_fraction"].isna()].itertuples()]
     return Variant(
@@ -83,12 +84,13 @@ def test_every_switch_is_tried_otherwise_by_the_experiment():
         ((0.20, 0.50, 0.80), 0.0, (), "keeps all; the very same lumps"),
         ((0.22, 0.52, 0.97), 0.0, (), "keeps all; lumps +0.07 beyond the seeds at 3300"),
         ((0.22, 0.16, 0.45), 0.0, (), "**loses C1 C3 C5**; lumps -0.35 beyond the seeds at 3300"),
-        ((0.22, 0.52, 0.85), 0.6, (), "**loses C4**; lumps as among the seeds"),
+        ((0.22, 0.52, 0.85), 0.6, (), "**loses C4 C4-loose**; lumps as among the seeds"),
         (
             (0.22, 0.52, None), 0.0, ("timed out",),
-            "keeps C2 C4; C1 C3 C5 not judged, as runs are missing (1 timed out); lumps as among the seeds",
+            "keeps C2 C2-loose C4 C4-loose; C1 C3 C5 not judged, as runs are missing (1 timed out); "
+            "lumps as among the seeds",
         ),
-        ((), 0.0, ("failed",) * 6, "C1 C2 C3 C4 C5 not judged, as runs are missing (6 failed)"),
+        ((), 0.0, ("failed",) * 6, "C1 C2 C2-loose C3 C4 C4-loose C5 not judged, as runs are missing (6 failed)"),
         ((), 0.0, ("pending",) * 6, "-"),
     ],
 )  # fmt: skip
@@ -108,7 +110,7 @@ def test_several_alternatives_are_told_apart_and_the_untried_named():
     row = row_of("How the snow is pressed", shell, sides)
     assert row["alternatives tried"] == "`reading.press=shell`, `reading.press=two_sides`"
     assert row["what they do to Figure 5"].startswith(
-        "`shell`: **loses C2**; lumps +0.35 beyond the seeds at 340. `two"
+        "`shell`: **loses C2 C2-loose**; lumps +0.35 beyond the seeds at 340. `two"
     )
     assert row_of("Bound of density", shell)["alternatives tried"] == "not tried"
     assert row_of("Definition of a lump", shell)["alternatives tried"].startswith("892 definitions")
@@ -121,7 +123,7 @@ def test_several_alternatives_are_told_apart_and_the_untried_named():
 def test_a_base_that_lacks_a_claim_can_gain_it():
     base = variant({}, (0.6, 0.7, 0.8))
     better = variant({"reading.friction": 0.3}, (0.2, 0.7, 0.8))
-    assert register.describe_effect(better, Comparison([base, better])).startswith("**gains C2**")
+    assert register.describe_effect(better, Comparison([base, better])).startswith("**gains C2 C2-loose**")
 
 
 def test_without_the_figure_itself_other_choices_say_nothing():

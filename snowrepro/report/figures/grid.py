@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 
-from ...evidence.claims import ARMS, JudgedScene, Verdict, select_arm
+from ...evidence.claims import ARMS, JudgedScene, ShapeCount, Verdict, select_arm
 from ...evidence.gather import Evidence
 from ...settings.question import Claims
 from ...store.run import Run
@@ -37,8 +37,9 @@ def report(evidence: Evidence) -> FigureContent:
         draw_heatmap(evidence),
         *(block for verdict in over_scenes for block in _describe_counts(claims, verdict)),
         (
-            f"{chosen_on}Numbers agree or not by their means over the seeds; p is that of an exact binomial "
-            "test for agreement in more scenes than not."
+            f"{chosen_on}Numbers agree or not by their means over the seeds. Margins are those of the means to the "
+            "threshold, negative where they disagree. Scenes of one shape are no independent trials: they are counted "
+            "by shape, without a p."
         ),
         *_draw_sheets(evidence),
         *claims_section.make_blocks(evidence),
@@ -51,30 +52,33 @@ def report(evidence: Evidence) -> FigureContent:
 def _summarise(over_scenes: Sequence[Verdict]) -> str:
     """Say with which claims the numbers agree, and what the claims over scenes come to."""
     parts = [
-        f"Scenes beside the calibrated one whose numbers agree: {verdict.measured}; {verdict.claim}: {verdict.word}."
+        f"By other scenes the numbers agree with {verdict.measured}; {verdict.claim}: {verdict.word}."
         for verdict in over_scenes
     ]
     return " ".join(parts) or "No claim is made over scenes."
 
 
 def _describe_counts(claims: Claims, verdict: Verdict) -> list[Block]:
-    """Describe what a claim over scenes rests on: a row for each claim that it counts."""
+    """Describe what a claim over scenes rests on: a row for each claim that it counts, a column for each shape."""
     statements = {claim.name: claim.statement for claim in claims.list}
     rows = [
-        [
-            count.claim,
-            escape(statements[count.claim]),
-            *(
-                [f"{count.holds} of {count.scenes}", f"{count.p:.2g}", _format_names(count.against)]
-                if count.scenes
-                else ["not run", "-", "-"]
-            ),
-        ]
+        {
+            "claim": count.claim,
+            "statement": escape(statements[count.claim]),
+            **{escape(shape.shape): _format_shape(shape) for shape in count.by_shape},
+            "holds on": f"{count.holds} of {len(count.by_shape)} shapes" if count.by_shape else "not run",
+            "they disagree on": _format_names(count.against),
+        }
         for count in verdict.counts
     ]
-    heads = ["claim", "statement", "numbers agree in", "p (Holm)", "they disagree on"]
-    line = f"**{escape(verdict.claim)}: {verdict.word}.** {escape(verdict.statement)} {verdict.note}".rstrip()
-    return [line, Table(pd.DataFrame(rows, columns=heads), data="claims.csv")]
+    line = f"**{escape(verdict.claim)}: {verdict.word}.** {escape(verdict.statement)} {escape(verdict.note)}".rstrip()
+    table = Table(pd.DataFrame(rows), "Scenes that agree, and the margins from least to most.", data="claims.csv")
+    return [line, table]
+
+
+def _format_shape(shape: ShapeCount) -> str:
+    """Format in how many scenes of a shape the numbers agree, and by which margins."""
+    return f"{shape.agree} of {shape.scenes} ({shape.least:+.2f} to {shape.most:+.2f})"
 
 
 def _format_names(scenes: Sequence[str]) -> str:

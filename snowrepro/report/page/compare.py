@@ -80,9 +80,13 @@ def _summarise(reports: Sequence[ExperimentReport], names: Sequence[str], differ
 
 
 def _describe_changes(verdicts: Sequence[tuple[str, Verdict, Verdict]]) -> list[Block]:
-    """Describe the verdicts that are others in B; nothing where none was judged."""
+    """Describe the verdicts that are others in B; nothing where none was judged.
+
+    One with the same numbers as another one on both sides is not described twice.
+    """
     if not verdicts:
         return []
+    verdicts = [(where, a, b) for where, a, b in verdicts if not (a.same_as and a.same_as == b.same_as)]
     changed = [_describe_change(where, a, b) for where, a, b in verdicts if a.word != b.word or a.agrees != b.agrees]
     same = f"Nothing: {len(verdicts)} verdicts are the same word in both."
     return [Heading("What changes in the verdicts"), format_list(changed) if changed else same]

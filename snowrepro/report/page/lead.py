@@ -4,7 +4,15 @@ import shlex
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ...evidence.claims import NOT_RUN, Count, JudgedScene, Verdict, format_interval, list_calibrated_claims
+from ...evidence.claims import (
+    NOT_RUN,
+    STATES,
+    Count,
+    JudgedScene,
+    Verdict,
+    format_interval,
+    list_calibrated_claims,
+)
 from ...evidence.gather import Evidence
 from ...quantities import DENSITY, PRESSURE, format_powers
 from ...settings.case import Case
@@ -136,8 +144,7 @@ def _describe_claim(claim: Claim, evidence: Evidence) -> list[tuple[int, str]]:
     where = evidence.experiment.figure or evidence.experiment.title
     if claim.test == "scenes":
         verdicts = [v for v in evidence.over_scenes if v.claim == claim.name and v.word != NOT_RUN]
-        scenes = f"{len([scene for scene in evidence.scenes if not scene.calibrated])} other scenes"
-        return [(1, f"**{v.word}** by {scenes}: the numbers agree with {escape(v.measured)}.") for v in verdicts]
+        return [(1, f"**{v.word}**: {escape(v.measured)}. {escape(v.note)}".rstrip()) for v in verdicts]
     if len(evidence.scenes) == 1:
         (scene,) = evidence.scenes
         verdict = scene.verdict(claim.name)
@@ -147,10 +154,12 @@ def _describe_claim(claim: Claim, evidence: Evidence) -> list[tuple[int, str]]:
 
 
 def _describe_count(count: Count) -> str:
-    """Say in how many scenes the numbers agree with a claim."""
-    if not count.scenes:
+    """Say on how many shapes a claim holds by its numbers, and on which it does not."""
+    if not count.by_shape:
         return f"**{NOT_RUN}** in all other scenes."
-    return f"The numbers agree in {count.holds} of {count.scenes} other scenes."
+    against = [shape.shape for shape in count.by_shape if not shape.holds]
+    but = f", not on {escape(join_names(against, 'and'))}" if against else ""
+    return f"On other scenes the numbers agree with {escape(count.words)}{but}."
 
 
 def _describe_verdict(claim: Claim, verdict: Verdict, scene: JudgedScene, where: str) -> str:
@@ -158,13 +167,19 @@ def _describe_verdict(claim: Claim, verdict: Verdict, scene: JudgedScene, where:
     place = f"{escape(where)}, {escape(scene.name)}"
     if verdict.word == NOT_RUN:
         return f"**{NOT_RUN}**, {place}: {escape(verdict.note)}."
-    seeds = f"{verdict.seeds} seed{'s' * (verdict.seeds != 1)}"
+    if verdict.same_as:
+        return f"The same numbers as {escape(verdict.same_as)}, {place}: unsintered snow is the same at every pressure."
+    number = f" {verdict.measured}"
+    if verdict.effect:
+        change = ", smallest change from" if claim.test == "rises" else ""
+        number = f"{change} {verdict.effect_of}: {format_interval(verdict.effect)}"
+        if not verdict.effect.is_of_equals:
+            number += f", {verdict.seeds} seed{'s' * (verdict.seeds != 1)}"
     disagreement = "" if verdict.direction == "agree" else "; the numbers disagree"
-    measure = "mass in lumps" if claim.measure == "lump_fraction" else claim.measure.replace("_", " ")
-    what = f"change of the {measure} from" if verdict.effect and claim.test == "rises" else measure
-    number = f"{verdict.effect_of}: {format_interval(verdict.effect)}" if verdict.effect else verdict.measured
+    beside = f" ({verdict.beside})" if verdict.beside else ""
+    measure = f"mass {STATES[claim.measure]}" if claim.measure in STATES else claim.measure.replace("_", " ")
     remark = verdict.label.removeprefix(verdict.word)
-    return f"**{verdict.word}**{remark}, {place}: {what} {escape(number)}, {seeds}{disagreement}."
+    return f"**{verdict.word}**{remark}, {place}: {measure}{escape(number + beside)}{disagreement}."
 
 
 def _take_picture_out(section: Section, picture: Picture | None) -> Section:

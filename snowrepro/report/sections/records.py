@@ -13,7 +13,7 @@ from typing import Any
 import pandas as pd
 
 from ...analysis.statistics import Estimate, estimate_mean
-from ...evidence.claims import ARMS, JudgedScene, Verdict, select_arm
+from ...evidence.claims import ARMS, JudgedScene, Verdict, find_limits, select_arm
 from ...evidence.gather import Evidence, read_origin
 from ...settings.question import HOW_USED, Claims
 from ...store.files import published
@@ -22,7 +22,7 @@ from ..document import Block, Document, Fold, Heading, Pair, Picture, Section, T
 
 
 def write_claims(evidence: Evidence, half_pressures: dict[str, str]) -> None:
-    """Write claims.json and claims.csv into the report's folder.  ``half_pressures``: P50 of each scene, in words."""
+    """Write claims.json and claims.csv into the report's folder.  ``half_pressures``: P50 by scene, in words."""
     claims, scenes, over_scenes = evidence.runs[0].config.question.claims, evidence.scenes, evidence.over_scenes
     content = claims.model_dump(mode="json")
     record = {
@@ -106,7 +106,8 @@ def _record_cells(scene: JudgedScene, claims: Claims) -> list[dict[str, Any]]:
     measures = dict.fromkeys(claim.measure for claim in claims.list)
     return [
         {"measure": measure, "arm": arm, "pressure": float(pressure)}
-        | {"seeds": {str(seed): value for seed, value in column.items()}, **asdict(estimate_mean(column, claims.alpha))}
+        | {"seeds": {str(seed): value for seed, value in column.items()}}
+        | asdict(estimate_mean(column, claims.alpha, find_limits(measure)))
         for measure in measures
         for arm in ARMS
         for pressure, values in select_arm(scene.table, arm, measure).items()
@@ -138,7 +139,7 @@ def _record_makers(evidence: Evidence) -> list[dict[str, str]]:
 
 def _make_row(shape: str, floor: str, verdict: Verdict) -> dict[str, Any]:
     """Make the row of a verdict for claims.csv."""
-    effect, tau = verdict.effect or Estimate(math.nan), verdict.tau or Estimate(math.nan)
+    effect = verdict.effect or Estimate(math.nan)
     return {
         "shape": shape,
         "floor": floor,
@@ -150,13 +151,13 @@ def _make_row(shape: str, floor: str, verdict: Verdict) -> dict[str, Any]:
         "low": effect.low,
         "high": effect.high,
         "effect_of": verdict.effect_of,
+        "margin": verdict.margin,
         "seeds": verdict.seeds,
-        "p": verdict.p,
-        "tau": tau.mean,
-        "tau_low": tau.low,
-        "tau_high": tau.high,
+        "same_as": verdict.same_as,
         "measured": verdict.measured,
+        "beside": verdict.beside,
         "against": "; ".join(verdict.disagrees),
+        "left_out": "; ".join(verdict.left_out),
         "note": verdict.note,
         "statement": verdict.statement,
     }

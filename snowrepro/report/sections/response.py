@@ -1,4 +1,4 @@
-"""The picture of the claims: mass in lumps over pressure, with the pressure at which it crosses one half."""
+"""The picture of the claims: mass in lumps over pressure, and between which pressures it crosses one half."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,7 +8,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ...evidence.calibration import HALF, Crossing, fit_rising_curve
+from ...evidence.calibration import HALF, Crossing
 from ...evidence.claims import ARMS, JudgedScene, select_arm
 from ...quantities import add_unit
 from ..drawing.common import SINTERED, UNSINTERED, choose_font, save_figure
@@ -27,9 +27,8 @@ def draw_response(
 ) -> None:
     """Draw a panel for each scene: a row for each shape, a column for each floor.
 
-    ``halves``: P50 by scene, to be marked; ``unit``: of pressures; ``half_pressures``: P50 in
-    words, shown if there is only one scene.
-    Of several scenes, each panel names the claims that its means disagree with.
+    ``halves``: brackets of P50 by scene, to be marked; ``unit``: of pressures; ``half_pressures``: the same in words,
+    shown if there is only one scene.  Of several scenes, each panel names the claims that its means disagree with.
     """
     shapes, floors = (list(dict.fromkeys(getattr(scene, part) for scene in scenes)) for part in ("shape", "floor"))
     is_alone = len(scenes) == 1
@@ -83,7 +82,7 @@ def list_disagreements(scene: JudgedScene) -> str:
 
 
 def _draw_panel(ax: Axes, scene: JudgedScene, half: Crossing, half_pressure: str) -> None:
-    """Draw seeds, means and rising fit of both arms, and P50."""
+    """Draw seeds and means of both arms, and the bracket of P50."""
     size = 5.0 if half_pressure else 3.0
     ax.axhline(HALF, color="0.6", lw=0.8, ls=":", zorder=0)
     for arm in ARMS:
@@ -91,23 +90,19 @@ def _draw_panel(ax: Axes, scene: JudgedScene, half: Crossing, half_pressure: str
         if blocks.empty:
             continue
         means, colour = blocks.mean(), COLOURS[arm]
-        fit = fit_rising_curve(means)
-        ax.plot(fit.index, fit, "-", color=colour, lw=1.3, label="_")
-        ax.plot(means.index, means, "_", color=colour, ms=4 * size, mew=1.6, label=f"{LABELS[arm]}: mean and fit")
+        ax.plot(means.index, means, "-", color=colour, lw=1.3, label="_")
+        ax.plot(means.index, means, "_", color=colour, ms=4 * size, mew=1.6, label=f"{LABELS[arm]}: mean")
         for number, (_, values) in enumerate(blocks.iterrows()):
             label = "a seed" if (arm, number) == (ARMS[0], 0) else "_"
             ax.plot(
                 _shift_pressures(blocks, number), values, "o", color=colour, ms=size, alpha=0.55, mew=0, label=label
             )
-    if half.pressure is None:
+    if half.low is None or half.high is None:
         return
-    if half.low is not None and half.high is not None:
-        pressures = scene.table["pressure"]
-        ends = np.clip([half.low, half.high], pressures.min(), pressures.max())
-        ax.plot(ends, [HALF, HALF], "|-", color="black", lw=1.6, ms=size + 4)
-    ax.plot([half.pressure], [HALF], "D", color="black", ms=size, label="P50")
+    ax.plot([half.low, half.high], [HALF, HALF], "|-", color="black", lw=1.6, ms=size + 4, label="P50 is between")
     if half_pressure:
-        ax.annotate(f"P50 {half_pressure}", (half.pressure, HALF), xytext=(8, -14), textcoords="offset points")
+        middle = np.sqrt(half.low * half.high)
+        ax.annotate(f"P50 {half_pressure}", (middle, HALF), xytext=(0, -16), textcoords="offset points", ha="center")
 
 
 def _shift_pressures(blocks: pd.DataFrame, number: int) -> np.ndarray:

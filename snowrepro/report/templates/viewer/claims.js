@@ -1,5 +1,5 @@
 /* In: a claim, the runs of one scene, and a function that gives the number of a run.
- * Out: whether the numbers point the claim's way, as `points` in snowrepro/evidence/claims.py has it. */
+ * Out: whether the numbers point the claim's way, as `check_agreement` in snowrepro/evidence/claims.py has it. */
 
 /** Mean over the runs of one arm and pressure, by rising pressure. */
 function averageByPressure(runs, arm, read) {
@@ -26,10 +26,8 @@ export function judgeClaim(claim, runs, read) {
   const values = compareArms(claim, runs, read);
   const chosen = { every: values, lowest: values.slice(0, 1), highest: values.slice(-1) }[claim.at];
   if (chosen.length < (claim.test === "rises" ? 2 : 1)) return null;
-  if (claim.test === "below") return chosen.every((each) => each < claim.threshold);
-  if (claim.test === "above") return chosen.every((each) => each > claim.threshold);
-  const rise = chosen[chosen.length - 1] - chosen[0];
-  return rise > claim.threshold && chosen.slice(1).every((each, k) => each > chosen[k]);
+  const numbers = claim.test === "rises" ? chosen.slice(1).map((each, k) => each - chosen[k]) : chosen;
+  return numbers.every((each) => (claim.test === "below" ? each < claim.threshold : each > claim.threshold));
 }
 
 export function nameVerdict(holds) {
