@@ -1,19 +1,43 @@
-"""Four definitions of what holds particles together: bonds and their history, and three rules to compare that with.
+"""Five definitions of what holds particles together: strain, see ``states``, and four rules to compare that with.
 
-The other rules use one frame alone, or do not know which of the bonds broke; each fails in a case that a test shows:
-``proximity`` and ``grid`` take a settled heap of powder for a lump.
+Each of the others fails in a case that a test shows: ``bonds`` hangs on how the particles lie and takes a flattened
+body for powder; ``proximity`` and ``grid`` use one frame alone and take a settled heap of powder for a lump; ``damage``
+does not know which of the bonds broke.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from ..settings.analysis import Analysis
 from .bonds import BondHistory, Bonds
+from .fragments import ROUND_OFF, Fragments, make_fragments
 from .motion import Motion
 from .near import find_near_pairs
+from .states import Bodies, divide_mass
 from .tree import find_components, find_core_strain, find_holding_strain, sort_by_particle
+
+
+@dataclass(frozen=True)
+class State:
+    """What a frame of a motion, that at ``index``, is judged by.
+
+    ``bonds`` and their ``history`` up to it, and the ``bodies`` of particles that hold together by strain.
+    """
+
+    motion: Motion
+    index: int
+    bonds: Bonds
+    history: BondHistory
+    bodies: Bodies
+
+
+def connect_by_strain(bodies: Bodies) -> np.ndarray:
+    """Number the components (n,) of particles that strain left together; one that hangs on none is alone."""
+    is_alone = bodies.component < 0
+    return np.where(is_alone, bodies.component.max() + np.cumsum(is_alone), bodies.component)
 
 
 def connect_by_bonds(count: int, bonds: Bonds, history: BondHistory, analysis: Analysis) -> np.ndarray:
@@ -63,16 +87,30 @@ def count_bonds(bonds: Bonds, history: BondHistory, analysis: Analysis, count: i
     return at_release, np.bincount(bonds.pairs[broken].ravel(), minlength=count)
 
 
-# By the name of a definition in the settings: component of each particle (n,), any whole numbers, in the state at an
-# index of a motion.
-DEFINITIONS: dict[str, Callable[[Motion, int, Bonds, BondHistory, Analysis], np.ndarray]] = {
-    "bonds": lambda motion, _, bonds, history, analysis: connect_by_bonds(
-        motion.position.shape[1], bonds, history, analysis
+NEED_BONDS = ("bonds", "damage")
+# By the name of a definition in the settings: component of each particle (n,), any whole numbers.
+DEFINITIONS: dict[str, Callable[[State, Analysis], np.ndarray]] = {
+    "strain": lambda state, _: connect_by_strain(state.bodies),
+    "bonds": lambda state, analysis: connect_by_bonds(len(state.motion.mass), state.bonds, state.history, analysis),
+    "proximity": lambda state, analysis: connect_by_proximity(state.motion, state.index, analysis),
+    "grid": lambda state, _: connect_by_grid(state.motion, state.index),
+    "damage": lambda state, analysis: connect_by_damage(
+        state.motion, state.index, state.bonds, state.history, analysis
     ),
-    "proximity": lambda motion, index, _bonds, _history, analysis: connect_by_proximity(motion, index, analysis),
-    "grid": lambda motion, index, *_: connect_by_grid(motion, index),
-    "damage": connect_by_damage,
 }
+
+
+def find_fragments(state: State, analysis: Analysis, broken: float = float("nan")) -> Fragments:
+    """Find the fragments in a state by the definition that ``analysis`` chooses; ``broken``: part of the bonds.
+
+    What is in no lump is crushed or loose as its strain says, whatever the definition.
+    """
+    motion, bodies = state.motion, state.bodies
+    least = motion.least_lump(analysis)
+    component = DEFINITIONS[analysis.definition](state, analysis)
+    whole = bodies.whole if analysis.definition == "strain" else np.ones(len(component))
+    loose = divide_mass(bodies, motion.mass, least * (1 - ROUND_OFF))[:, 2]
+    return make_fragments(int(motion.frames[state.index]), component, whole, loose, motion, least, broken)
 
 
 def _connect_near(motion: Motion, index: int, is_solid: np.ndarray, spacings: float) -> np.ndarray:

@@ -1,12 +1,13 @@
 """The fragments that a body broke into, in one frame and from frame to frame."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
 
 from .motion import AXES, Motion
+from .states import STATES
 
 ROUND_OFF = 1e-12  # of a sum of masses
 
@@ -15,9 +16,11 @@ ROUND_OFF = 1e-12  # of a sum of masses
 class Fragments:
     """The fragments of a body in one frame.
 
-    ``label`` (n,): fragment of each particle, 0 the heaviest; ``mass`` (k,): of each fragment, falling;
-    ``is_lump`` (k,): whether it is heavy enough to be a lump, all else is powder; ``broken``: part of the bonds that
-    broke; ``vanished``: part of the mass that is no longer there, neither in lumps nor powder.
+    ``label`` (n,): fragment of each particle, 0 the heaviest; ``mass`` (k,): of each fragment, falling, without what
+    is crushed or loose in it; ``is_lump`` (k,): whether it is heavy enough to be a lump; ``states`` (n, 3): which part
+    of each particle is lump, crushed and loose, nothing for one that has vanished; ``particle_mass`` (n,), and
+    ``body_mass`` of all; ``broken``: part of the bonds that broke; ``vanished``: part of the mass that is no longer
+    there.
     ``id`` (k,): a number that the heaviest heir of a fragment inherits from frame to frame; ``parent`` (k,): the id of
     the fragment in the frame before that holds most of its mass, -1 in the first frame.
     """
@@ -26,6 +29,9 @@ class Fragments:
     label: np.ndarray
     mass: np.ndarray
     is_lump: np.ndarray
+    states: np.ndarray
+    particle_mass: np.ndarray
+    body_mass: float
     broken: float
     vanished: float
     id: np.ndarray
@@ -34,11 +40,21 @@ class Fragments:
     @property
     def lump_fraction(self) -> float:
         """Part of the mass that is in lumps."""
-        return float(self.mass[self.is_lump].sum() / self.mass.sum())
+        return float(self.mass[self.is_lump].sum() / self.body_mass)
+
+    @property
+    def crushed_fraction(self) -> float:
+        """Part of the mass that was compacted where it lies, and is in no lump."""
+        return float(self.particle_mass @ self.states[:, 1] / self.body_mass)
+
+    @property
+    def loose_fraction(self) -> float:
+        """Part of the mass that came apart."""
+        return float(self.particle_mass @ self.states[:, 2] / self.body_mass)
 
     @property
     def powder_fraction(self) -> float:
-        """Part of the mass that is there and in no lump."""
+        """Part of the mass that is there and in no lump: crushed or loose."""
         return 1.0 - self.lump_fraction - self.vanished
 
     @property
@@ -49,17 +65,17 @@ class Fragments:
     @property
     def largest(self) -> float:
         """Part of the mass that is in the heaviest fragment."""
-        return float(self.mass[0] / self.mass.sum())
+        return float(self.mass[0] / self.body_mass)
 
     @property
     def joined_chance(self) -> float:
         """The chance S = sum (m_i / M)^2 that two random bits of snow are still joined."""
-        return float(((self.mass / self.mass.sum()) ** 2).sum())
+        return float(((self.mass / self.body_mass) ** 2).sum())
 
     @property
     def effective_number(self) -> float:
-        """The number of equal fragments in which two random bits would be joined as often: 1 / S."""
-        return 1.0 / self.joined_chance
+        """The number of equal fragments in which two random bits would be joined as often: 1 / S; infinite for none."""
+        return 1.0 / self.joined_chance if self.joined_chance > 0 else float("inf")
 
     @property
     def second_moment(self) -> float:
@@ -68,37 +84,47 @@ class Fragments:
 
     @property
     def median_mass(self) -> float:
-        """The mass, as part of the body, that half of the mass is in fragments at least as heavy as."""
-        below = np.cumsum(self.mass) / self.mass.sum()
-        return float(self.mass[np.searchsorted(below, 0.5 - ROUND_OFF)] / self.mass.sum())
+        """The mass, as part of the body, that half of the mass is in fragments at least as heavy as; 0 for less."""
+        below = np.cumsum(self.mass) / self.body_mass
+        place = int(np.searchsorted(below, 0.5 - ROUND_OFF))
+        return float(self.mass[place] / self.body_mass) if place < len(self.mass) else 0.0
 
     def survival(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the masses of the fragments and the part of the mass in fragments of at least that mass, both (k,).
 
         Masses fall, and are parts of the body's.
         """
-        total = self.mass.sum()
-        return self.mass / total, np.cumsum(self.mass) / total
+        return self.mass / self.body_mass, np.cumsum(self.mass) / self.body_mass
 
 
 def make_fragments(
-    frame: int, component: np.ndarray, motion: Motion, least: float, broken: float = float("nan")
+    frame: int,
+    component: np.ndarray,
+    whole: np.ndarray,
+    loose: np.ndarray,
+    motion: Motion,
+    least: float,
+    broken: float = float("nan"),
 ) -> Fragments:
     """Make the fragments of a frame from the component of each particle (n,), any whole numbers.
 
-    ``least``: the least mass of a lump; ``broken``: part of the bonds that broke.  A particle that has vanished is a
-    fragment by itself and no lump.
+    ``whole`` (n,): part of each particle that is in a lump if its fragment is one; ``loose`` (n,): part that is loose,
+    as far as it is in no lump; ``least``: the least mass of a lump; ``broken``: part of the bonds that broke.  A
+    particle that has vanished is a fragment by itself and in no state.
     """
     gone = motion.vanished[motion.index(frame)]
     if gone.any():
         component = np.where(gone, component.max() + 1 + np.cumsum(gone), component)
-    label, mass = _sort_by_mass(component, motion.mass)
-    is_there = np.ones(len(mass), dtype=bool)
-    is_there[label[gone]] = False
-    is_lump = (mass >= least * (1 - ROUND_OFF)) & is_there
+    label, mass = _sort_by_mass(component, motion.mass * np.where(gone, 0.0, whole))
+    is_lump = mass >= least * (1 - ROUND_OFF)
+    lump = np.where(gone, 0.0, whole) * is_lump[label]
+    apart = np.minimum(loose, 1.0 - lump)
+    states = np.stack([lump, 1.0 - lump - apart, apart], axis=1) * ~gone[:, None]
     vanished = float(motion.mass[gone].sum() / motion.mass.sum())
     number = np.arange(len(mass))
-    return Fragments(frame, label, mass, is_lump, broken, vanished, number, np.full(len(mass), -1))
+    first = np.full(len(mass), -1)
+    body_mass = float(np.bincount(label, motion.mass).sum())  # in the order in which fragments are summed
+    return Fragments(frame, label, mass, is_lump, states, motion.mass, body_mass, broken, vanished, number, first)
 
 
 def trace_ancestry(history: Sequence[Fragments], mass: np.ndarray) -> list[Fragments]:
@@ -127,9 +153,7 @@ def trace_ancestry(history: Sequence[Fragments], mass: np.ndarray) -> list[Fragm
         new_ones = np.flatnonzero(names < 0)
         names[new_ones] = unused + np.arange(len(new_ones))
         unused += len(new_ones)
-        with_ids.append(
-            Fragments(now.frame, now.label, now.mass, now.is_lump, now.broken, now.vanished, names, before.id[parent])
-        )
+        with_ids.append(replace(now, id=names, parent=before.id[parent]))
     return with_ids
 
 
@@ -165,6 +189,7 @@ def tabulate_fragments(fragments: Fragments, motion: Motion) -> pd.DataFrame:
         "is_lump": fragments.is_lump,
         "particles": np.bincount(label, minlength=size),
         "mass": total,
+        **{name: mean(part) for name, part in zip(STATES, fragments.states[here].T, strict=True)},
     }
     names = motion.axes[: motion.dimensions]
     for name, values in (("centre", centre), ("extent", extent), ("velocity", velocity)):

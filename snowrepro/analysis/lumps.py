@@ -12,8 +12,9 @@ from ..errors import DataError
 from ..settings.analysis import Analysis
 from . import view
 from .bonds import BondHistory, Bonds, Extremes, lay_bonds
-from .definitions import DEFINITIONS
-from .fragments import Fragments, make_fragments, tabulate_fragments, trace_ancestry
+from .definitions import NEED_BONDS, State, find_fragments
+from .fragments import Fragments, tabulate_fragments, trace_ancestry
+from .gauge import Gauge
 from .motion import Motion, require_frames
 
 
@@ -22,16 +23,17 @@ class Classification:
     """Lumps and powder of particles in chosen frames.
 
     ``fragments``: in the chosen frames, rising; the measures below are of the last of them; ``broken``: part of the
-    bonds that broke by every stored frame, with columns both, stretch and crush; ``bonds`` and ``history``: each bond
-    and its extreme strains up to the last chosen frame.
+    bonds that broke by every stored frame, with columns both, stretch and crush; ``state``: what the last chosen frame
+    was judged by; ``changed``: part of the mass that changed its state in the frames before it (``settled_frames``), or
+    of the neighbours that parted then, whichever is more.
     """
 
     motion: Motion
     analysis: Analysis
     fragments: list[Fragments]
     broken: pd.DataFrame
-    bonds: Bonds
-    history: BondHistory
+    state: State
+    changed: float
 
     @property
     def last(self) -> Fragments:
@@ -50,11 +52,8 @@ class Classification:
 
     @property
     def settled(self) -> bool:
-        """Whether hardly any bond breaks any more: see ``settled_change`` and ``settled_frames`` of the analysis."""
-        broken = self.broken[self.analysis.break_by]
-        before = broken[broken.index <= self.last.frame - self.analysis.settled_frames]
-        start = before.iloc[-1] if len(before) else broken.iloc[0]
-        return bool(broken[self.last.frame] - start < self.analysis.settled_change)
+        """Whether hardly any snow comes apart or is crushed any more: see ``settled_change`` of the analysis."""
+        return self.changed < self.analysis.settled_change
 
     def measures(self) -> dict[str, Any]:
         """Return the numbers of the last frame by name; masses are parts of the whole body."""
@@ -63,6 +62,8 @@ class Classification:
             "definition": self.analysis.definition,
             "particles": len(last.label),
             "lump_fraction": last.lump_fraction,
+            "crushed_fraction": last.crushed_fraction,
+            "loose_fraction": last.loose_fraction,
             "powder_fraction": last.powder_fraction,
             "vanished": last.vanished,
             "lumps": last.lumps,
@@ -72,8 +73,9 @@ class Classification:
             "joined_chance": last.joined_chance,
             "effective_number": last.effective_number,
             "second_moment": last.second_moment,
-            "broken_bonds": last.broken,
+            **({"broken_bonds": last.broken} if len(self.state.bonds.pairs) else {}),
             "settled": self.settled,
+            "changed": self.changed,
         }
 
     def table(self) -> pd.DataFrame:
@@ -95,16 +97,15 @@ class Classification:
     def to_dataset(self) -> xr.Dataset:
         """Return fragment ids by particle and frame, and bonds with their extreme strains, as a Dataset for a file."""
         label = np.stack([fragments.id[fragments.label] for fragments in self.fragments])
-        lump = np.stack([fragments.is_lump[fragments.label] for fragments in self.fragments])
+        states = np.stack([fragments.states for fragments in self.fragments])
         frames = [fragments.frame for fragments in self.fragments]
         about = {"long_name": "id of the fragment; the heaviest heir keeps it", "units": "1"}
         ids = self.motion.particle_id
         return xr.Dataset(
             {
                 "fragment": (("snapshot", "particle"), label.astype(np.int32), about),
-                "in_lump": (("snapshot", "particle"), lump.astype(np.int8), {"long_name": "1 in a lump", "units": "1"}),
-                **make_bond_variables(self.bonds, self.history, self.motion.unit),
-                **make_broken_variables(self.broken),
+                **make_state_variables(states),
+                **self._make_bond_variables(),
             },
             {
                 "snapshot": ("snapshot", frames, {"long_name": "frame of these fragments", "units": "1"}),
@@ -118,31 +119,52 @@ class Classification:
             },
         )
 
+    def _make_bond_variables(self) -> dict[str, tuple]:
+        """Make variables of a Dataset of the bonds that were followed, if any."""
+        if not len(self.state.bonds.pairs):
+            return {}
+        bonds = make_bond_variables(self.state.bonds, self.state.history, self.motion.unit)
+        return {**bonds, **make_broken_variables(self.broken)}
 
-def classify_motion(motion: Motion, analysis: Analysis, frames: Sequence[int]) -> Classification:
+
+def classify_motion(
+    motion: Motion, analysis: Analysis, frames: Sequence[int], follows_bonds: bool = False
+) -> Classification:
     """Find the fragments of a motion in some frames, by the definition of a lump that ``analysis`` chooses.
 
+    ``follows_bonds``: whether bonds are laid and followed even if that definition needs none.
     Raises DataError where there is no frame, or where one is not stored.
     """
-    frames_to_classify = require_frames(motion, frames)
-    if not frames_to_classify:
+    wanted = require_frames(motion, frames)
+    if not wanted:
         raise DataError("no frame was asked for")
-    bonds = lay_bonds(motion.position[0].astype(float), analysis.link_length * motion.grid_spacing)
-    extremes = Extremes(bonds)
-    rule = DEFINITIONS[analysis.definition]
-    least = motion.least_lump(analysis)
-    broken, fragments = [], []
-    history = extremes.to_history()
-    for index in range(motion.index(frames_to_classify[-1]) + 1):
+    extremes, gauge = Extremes(_lay_bonds(motion, analysis, follows_bonds)), Gauge(motion, analysis)
+    compared = (find_frame_before(motion.frames, wanted[-1] - analysis.settled_frames), wanted[-1])
+    broken, fragments, shares, joined = {}, [], {}, {}
+    for index, (frame, centre) in enumerate(gauge.follow(wanted[-1])):
+        if frame in compared:
+            shares[frame], joined[frame] = gauge.divide_clusters(centre), gauge.joined_part
         extremes.extend(motion.position[index])
-        broken.append(extremes.measure_broken(analysis.break_strain))
-        frame = int(motion.frames[index])
-        if frame in frames_to_classify:
-            history = extremes.to_history()
-            component = rule(motion, index, bonds, history, analysis)
-            fragments.append(make_fragments(frame, component, motion, least, broken[-1][analysis.break_by]))
-    by_frame = pd.DataFrame(broken, index=motion.frames[: len(broken)])
-    return Classification(motion, analysis, trace_ancestry(fragments, motion.mass), by_frame, bonds, history)
+        broken[frame] = extremes.measure_broken(analysis.break_strain)
+        if frame in wanted:
+            state = State(motion, index, extremes.bonds, extremes.to_history(), gauge.judge_particles(centre, index))
+            fragments.append(find_fragments(state, analysis, broken[frame][analysis.break_by]))
+    before, last = compared
+    change = max(float(np.abs(shares[last] - shares[before]).sum() / 2), float(joined[before] - joined[last]))
+    by_frame = pd.DataFrame.from_dict(broken, orient="index")
+    return Classification(motion, analysis, trace_ancestry(fragments, motion.mass), by_frame, state, change)
+
+
+def _lay_bonds(motion: Motion, analysis: Analysis, is_wanted: bool) -> Bonds:
+    """Lay the bonds of a motion if they are wanted or needed; none otherwise."""
+    if not is_wanted and analysis.definition not in NEED_BONDS:
+        return Bonds(np.empty((0, 2), dtype=np.int32), np.empty(0))
+    return lay_bonds(motion.position[0].astype(float), analysis.link_length * motion.grid_spacing)
+
+
+def find_frame_before(frames: np.ndarray, frame: int) -> int:
+    """Find the last of ``frames``, rising, that is not after ``frame``; the first where there is none."""
+    return int(frames[max(int(np.searchsorted(frames, frame, side="right")) - 1, 0)])
 
 
 def make_bond_variables(bonds: Bonds, history: BondHistory, unit: str) -> dict[str, tuple]:
@@ -156,6 +178,15 @@ def make_bond_variables(bonds: Bonds, history: BondHistory, unit: str) -> dict[s
         "length": ("bond", bonds.length.astype(np.float32), length),
         "stretch": ("bond", history.stretch.astype(np.float32), {"long_name": "largest log strain", "units": "1"}),
         "crush": ("bond", history.crush.astype(np.float32), {"long_name": "smallest log strain", "units": "1"}),
+    }
+
+
+def make_state_variables(states: np.ndarray) -> dict[str, tuple]:
+    """Make variables of a Dataset from the ``states`` (snapshot, particle, 3): part of each particle in each state."""
+    words = {"lump": "part in a lump", "crushed": "part crushed", "loose": "part loose"}
+    return {
+        name: (("snapshot", "particle"), states[:, :, place].astype(np.float32), {"long_name": text, "units": "1"})
+        for place, (name, text) in enumerate(words.items())
     }
 
 

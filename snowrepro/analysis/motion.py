@@ -10,6 +10,7 @@ import xarray as xr
 from scipy.spatial import cKDTree
 
 from ..errors import DataError
+from ..foreign import parse_json
 from ..settings.analysis import Analysis
 from ..text import quote, quote_all
 from .clock import SECOND, read_clock
@@ -34,6 +35,7 @@ class Motion:
     it is not known; ``position`` (t, n, 2 or 3), along ``axes``; ``velocity``: reads those of the state at an index
     (n, 2 or 3), where the data has them; ``mass`` (n,); ``grid_spacing``: in the unit of the positions; ``cell_mass``:
     of unpressed snow in a cell of the paper's grid; ``vanished`` (t, n): whether a particle is no longer there.
+    ``cell``: a cell of the paper's grid in the unit of the positions.
     ``unit``: of the positions, empty where it is not known.  ``assumed``: what had to be assumed because the data does
     not say it, in words.  ``particle_id`` (n,): the data's own names of the particles, where it has them.
     """
@@ -45,6 +47,7 @@ class Motion:
     mass: np.ndarray
     grid_spacing: float
     cell_mass: float
+    cell: float
     vanished: np.ndarray
     unit: str = ""
     assumed: list[str] = field(default_factory=list)
@@ -97,15 +100,16 @@ def read_motion(
     release: int | None = None,
     grid_spacing: float | None = None,
     cell_mass: float | None = None,
+    cell: float | None = None,
 ) -> Motion:
     """Read the motion of particles from a Dataset or an array, and check it.
 
     A Dataset has ``position`` (time, particle, axis), or ``x``, ``y`` and maybe ``z`` (time, particle), the dimensions
     in any order: see ``find_layout``; where it has them too: ``velocity``, ``mass`` (particle,), ``id`` (particle,) or
     (time, particle), times, a coordinate along time whose whole numbers are frame numbers, and the attributes
-    ``release_frame``, ``grid_spacing`` and ``cell_mass``.  ``names``: where these have other names.  An array has shape
-    (time, particle, axis).  The arguments win over the data.  A particle whose place is NaN from some state to the last
-    has vanished.  Raises DataError with what is missing or wrong.
+    ``release_frame``, ``grid_spacing``, ``cell`` and ``cell_mass``.  ``names``: where these have other names.  An array
+    has shape (time, particle, axis).  The arguments win over the data.  A particle whose place is NaN from some state
+    to the last has vanished.  Raises DataError with what is missing or wrong.
     """
     dataset = data if isinstance(data, xr.Dataset) else _wrap_array(data)
     places = find_places(dataset, names)
@@ -123,6 +127,7 @@ def read_motion(
     values = values if len(axes) == values.shape[2] else values[:, :, axes]
     masses = _read_masses(_find_mass(dataset, mass, names, layout, identity, start), values.shape[1], assumed)
     spacing = _read_spacing(dataset, grid_spacing, values[0], assumed)
+    width = _read_cell(dataset, cell, spacing, assumed)
     _require_moderate(values, spacing)
     return Motion(
         clock.frames[start:],
@@ -132,6 +137,7 @@ def read_motion(
         masses,
         spacing,
         _read_cell_mass(dataset, cell_mass, masses, values.shape[2], assumed),
+        width,
         vanished,
         _read_length_unit(places),
         assumed,
@@ -358,6 +364,29 @@ def _read_spacing(dataset: xr.Dataset, spacing_given: float | None, places: np.n
     if not (np.isfinite(number) and number > 0):
         raise DataError(f"grid_spacing must be positive, not {number:g}")
     return number
+
+
+def _read_cell(dataset: xr.Dataset, cell: float | None, spacing: float, assumed: list[str]) -> float:
+    """Read the width of a cell of the paper's grid: given, in the data, or assumed to be that of a grid cell.
+
+    Raises DataError where it is not positive.
+    """
+    wanted = next((value for value in (cell, dataset.attrs.get("cell"), _find_cell_of_run(dataset)) if value), None)
+    if wanted is None:
+        assumed.append(f"cell: {spacing:.4g}, as wide as a grid cell; strain is measured over some")
+        return spacing
+    number = read_number(wanted, "cell", "give it with --cell, in the unit of the positions")
+    if not (np.isfinite(number) and number > 0):
+        raise DataError(f"cell must be positive, not {number:g}")
+    return number
+
+
+def _find_cell_of_run(dataset: xr.Dataset) -> Any:
+    """Find the width of a cell of the paper's grid in the configuration of a run of ours; None for other data."""
+    try:
+        return parse_json(dataset.attrs["config"])["reading"]["cell"]
+    except (KeyError, TypeError, ValueError, RecursionError):
+        return None
 
 
 def _estimate_spacing(places: np.ndarray, assumed: list[str]) -> float:

@@ -35,15 +35,17 @@ def classify(
     release: int | None = None,
     grid_spacing: float | None = None,
     cell_mass: float | None = None,
+    cell: float | None = None,
     **settings: Any,
 ) -> Classification:
-    """Classify particles over time, ours or anyone's, into lumps and powder.
+    """Classify particles over time, ours or anyone's, into lumps, crushed snow and loose snow.
 
     ``data``: a Dataset (a run; or see ``read_motion`` for what it must hold) or positions (time, particle, axis).
     ``frames``: those whose fragments are wanted, "all" stored ones since release, or by default the last.
-    ``mass`` (n,), ``release`` (a frame), ``grid_spacing`` and ``cell_mass`` win over what the data says.
+    ``mass`` (n,), ``release`` (a frame), ``grid_spacing``, ``cell`` (over which strain is measured) and ``cell_mass``
+    (of it, full of unpressed snow) win over what the data says.
     ``analysis`` and ``settings`` by name (``definition="proximity"``, ``break_strain=0.2``) define what a lump is; by
-    default the run's own configuration does, or conf/analysis/bonds.yaml.
+    default the run's own configuration does, or conf/analysis/strain.yaml.
     Variables and dimensions of a Dataset that have other names than the usual ones are named likewise, as in
     ``layout.Names``: ``position="coordinates"`` or ``"x,y"``, ``velocity``, ``particle_id``, ``time``,
     ``time_dimension``, ``particle_dimension``; ``mass`` may be a name too.  "none": the data has none.
@@ -62,6 +64,7 @@ def classify(
         release=release,
         grid_spacing=grid_spacing,
         cell_mass=cell_mass,
+        cell=cell,
     )
     if analysis is None:
         analysis = read_analysis(data) if isinstance(data, xr.Dataset) else compose_analysis()
@@ -108,7 +111,7 @@ def is_whole_run(dataset: xr.Dataset) -> bool:
 
 
 def compose_analysis() -> Analysis:
-    """Compose the settings of conf/analysis/bonds.yaml."""
+    """Compose the settings of conf/analysis/strain.yaml."""
     return compose().question.analysis
 
 

@@ -76,7 +76,9 @@ COMMON_COLUMNS = {
 FALL_COLUMNS = {
     "definition": Column("what holds particles together in a lump", TEXT),
     "lump_fraction": Column("part of the mass in lumps"),
-    "powder_fraction": Column("part of the mass that is there and in no lump"),
+    "crushed_fraction": Column("part of the mass that was compacted where it lies, and is in no lump"),
+    "loose_fraction": Column("part of the mass that came apart"),
+    "powder_fraction": Column("part of the mass that is there and in no lump: crushed or loose"),
     "vanished": Column("part of the mass that is no longer there"),
     "lumps": Column("number of lumps"),
     "fragments": Column("number of fragments"),
@@ -85,8 +87,12 @@ FALL_COLUMNS = {
     "joined_chance": Column("chance that two random bits of snow are still joined"),
     "effective_number": Column("number of equal fragments with the same chance"),
     "second_moment": Column("chance that two random bits are joined outside the heaviest fragment"),
-    "broken_bonds": Column("part of the bonds that broke"),
-    "settled": Column("whether hardly any bond breaks any more (1 yes, 0 no)"),
+    "broken_bonds": Column("part of the bonds that broke by a stored frame"),
+    "settled": Column("whether hardly any snow comes apart or is crushed any more (1 yes, 0 no)"),
+    "changed": Column(
+        "part of the mass that changed its state in the last 20 frames, or of neighbours that parted, the larger"
+    ),
+    "lumps_by_strain": Column("part of the mass in lumps by the strain of neighbourhoods"),
     "lumps_by_bonds": Column("part of the mass in lumps if bonds held particles together"),
     "lumps_by_proximity": Column("part of the mass in lumps if all near particles held together"),
     "lumps_by_grid": Column("part of the mass in lumps if all particles in touching grid cells held together"),

@@ -10,8 +10,7 @@ import numpy as np
 import xarray as xr
 
 from ..analysis import hardness
-from ..analysis.definitions import DEFINITIONS
-from ..analysis.fragments import make_fragments
+from ..analysis.definitions import DEFINITIONS, find_fragments
 from ..analysis.lumps import Classification, classify_motion, make_bond_variables, make_broken_variables
 from ..analysis.motion import read_motion
 from ..mpm.ledger import unclosed_share
@@ -27,7 +26,7 @@ NEEDED = {  # variables of a run's Dataset
 def classify_ends(dataset: xr.Dataset, analysis: Analysis) -> Classification:
     """Classify a run at its release and at its end."""
     ends = [int(dataset.attrs["release_frame"]), int(dataset["snapshot"][-1])]
-    return classify_motion(read_motion(dataset), analysis, ends)
+    return classify_motion(read_motion(dataset), analysis, ends, follows_bonds=True)
 
 
 def measure_run(dataset: xr.Dataset, classification: Classification) -> dict[str, Any]:
@@ -105,15 +104,11 @@ def _measure_fall(dataset: xr.Dataset, classification: Classification) -> dict[s
 
 def _measure_other_definitions(classification: Classification) -> dict[str, float]:
     """Return the lump fraction of the last frame by each definition of a lump, by column name."""
-    motion, analysis = classification.motion, classification.analysis
-    index, least = motion.index(classification.last.frame), motion.least_lump(analysis)
-    fractions = {}
-    for name, rule in DEFINITIONS.items():
-        component = rule(motion, index, classification.bonds, classification.history, analysis)
-        fractions[f"lumps_by_{name}"] = make_fragments(
-            classification.last.frame, component, motion, least
-        ).lump_fraction
-    return fractions
+    state, analysis = classification.state, classification.analysis
+    return {
+        f"lumps_by_{name}": find_fragments(state, analysis.model_copy(update={"definition": name})).lump_fraction
+        for name in DEFINITIONS
+    }
 
 
 def make_bond_dataset(classification: Classification) -> xr.Dataset:
@@ -124,7 +119,7 @@ def make_bond_dataset(classification: Classification) -> xr.Dataset:
     """
     return xr.Dataset(
         {
-            **make_bond_variables(classification.bonds, classification.history, classification.motion.unit),
+            **make_bond_variables(classification.state.bonds, classification.state.history, classification.motion.unit),
             **make_broken_variables(classification.broken),
             "fragment_mass": ("fragment", classification.last.mass, {"long_name": "mass of each fragment, falling"}),
             "mass": ("particle", classification.motion.mass, {"long_name": "mass of each particle"}),

@@ -28,11 +28,13 @@ def run_of(*states: np.ndarray, fidelity: str = "paper", mass: np.ndarray | None
             "config": json.dumps(config.settings()),
             "release_frame": 100,
             "grid_spacing": config.case.dx,
+            "cell": config.case.reading.cell,
             "cell_mass": 0.0,
         },
     )
 
 
 def classified(*states: np.ndarray, fidelity: str = "paper", frames=None, mass=None, **settings) -> Classification:
-    """The states' fragments, with no least size of a lump in cells."""
-    return classify(run_of(*states, fidelity=fidelity, mass=mass), frames=frames, lump_cells=0.0, **settings)
+    """The states' fragments by bonds, with no least size of a lump in cells."""
+    settings = {"definition": "bonds", "lump_cells": 0.0, **settings}
+    return classify(run_of(*states, fidelity=fidelity, mass=mass), frames=frames, **settings)

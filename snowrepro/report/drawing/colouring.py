@@ -105,7 +105,7 @@ def colour_by_damage(dataset: xr.Dataset, run: Run, frames: Sequence[int]) -> Co
 
     When a bond breaks is decided by the settings of the run's own analysis.
     """
-    classified = classify(dataset, run.config.question.analysis)
+    classified = classify(dataset, run.config.question.analysis, definition="damage")
     damage = _compute_damage(classified)
     sound = np.zeros(dataset.sizes["particle"], dtype=np.float32)
     broken = classified.broken[run.config.question.analysis.break_by]
@@ -132,9 +132,9 @@ def _colour_by_field(dataset: xr.Dataset, name: str, frames: Sequence[int]) -> C
 
 def _compute_damage(classified: Classification) -> dict[int, np.ndarray]:
     """Compute the broken part of each particle's bonds, (n,) for each frame."""
-    extremes, damage = Extremes(classified.bonds), {}
+    extremes, damage = Extremes(classified.state.bonds), {}
     for frame, places in zip(classified.motion.frames.tolist(), classified.motion.position, strict=True):
         extremes.extend(places)
-        laid, lost = count_bonds(classified.bonds, extremes.to_history(), classified.analysis, len(places))
+        laid, lost = count_bonds(classified.state.bonds, extremes.to_history(), classified.analysis, len(places))
         damage[frame] = (lost / np.maximum(laid, 1)).astype(np.float32)
     return damage

@@ -1,0 +1,196 @@
+"""Lump, crushed or loose, on bodies of which an honest observer can say what became of them.
+
+The thresholds of conf/analysis/strain.yaml were fixed on these bodies, before any run was judged by them.
+"""
+
+import functools
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from snowrepro.composition.compose import compose
+from snowrepro.settings.analysis import Analysis
+from snowrepro.summary.classify import classify
+from tests.analysis.bodies import (
+    bend,
+    break_apart,
+    crumble,
+    crush_below,
+    fall_to_heap,
+    fill_box,
+    fill_disc,
+    fill_layer,
+    throw_dust,
+    turn,
+)
+
+# The same disc, sampled otherwise: particles a cell, and degrees of the lattice or a seed.
+SAMPLES = {
+    **{f"lattice at {degrees} degrees": fill_disc(degrees=degrees) for degrees in (0, 15, 30, 45)},
+    "anywhere": fill_disc(seed=1),
+    "9 a cell": fill_disc(9),
+    "16 a cell": fill_disc(16, 20),
+}
+DISC = SAMPLES["lattice at 0 degrees"]
+
+
+@functools.cache
+def strain() -> Analysis:
+    """The settings of conf/analysis/strain.yaml."""
+    return compose(["analysis=strain"]).question.analysis
+
+
+def judge(*states: np.ndarray) -> np.ndarray:
+    """The parts of the mass that are lump, crushed and loose after ``states`` of a body with cells of length 1."""
+    found = classify_states(*states).last
+    shares = np.array([found.lump_fraction, found.crushed_fraction, found.loose_fraction])
+    assert shares.sum() == pytest.approx(1, abs=1e-12)
+    return shares
+
+
+def classify_states(*states: np.ndarray):
+    """The classification of states of a body with cells of length 1."""
+    per_cell = len(states[0]) / (np.pi * 22.0**2)
+    cell_mass = per_cell if states[0].shape[1] == 2 else 8.0
+    return classify(np.stack(states), strain(), release=0, grid_spacing=1.0, cell=1.0, cell_mass=cell_mass)
+
+
+def assert_near(shares: np.ndarray, lump: float, crushed: float, loose: float, within: float = 0.02) -> None:
+    """The three shares are these."""
+    np.testing.assert_allclose(shares, [lump, crushed, loose], rtol=0, atol=within)
+
+
+@pytest.mark.parametrize("sample", SAMPLES)
+def test_how_a_body_is_sampled_does_not_matter(sample):
+    places = SAMPLES[sample]
+    crushed = judge(DISC, crush_below(DISC))
+    assert 0.2 < crushed[1] < 0.5
+    assert_near(judge(places, crush_below(places)), *crushed)
+    assert_near(judge(places, break_apart(places)), 1, 0, 0)
+    loose = float((places[:, 0] > 8).mean())
+    assert_near(judge(places, *fall_to_heap(places, right_of=8)), 1 - loose, 0, loose)
+
+
+@pytest.mark.parametrize("kind", ["shrunk evenly", "pressed flat", "swollen"])
+def test_a_hair_more_strain_moves_a_hair_of_the_mass(kind):
+    grow = {"shrunk evenly": [-1, -1], "pressed flat": [0, -1], "swollen": [1, 1]}[kind]
+    places = fill_disc(1, 10)
+    shares = [judge(places, places * np.exp(0.025 * step * np.array(grow))) for step in range(23)]
+    lumps = np.array(shares)[:, 0]
+    assert lumps[0] == 1
+    assert lumps[-1] == 0
+    assert max(abs(after - before) for before, after in pairwise(lumps)) < 0.18
+    assert (np.diff(lumps) <= 1e-9).all()
+
+
+@given(st.floats(0, 6.3), st.floats(-0.08, 0.08), st.floats(-0.08, 0.08), st.floats(-0.3, 0.3))
+@settings(max_examples=8, deadline=None)
+def test_whole_snow_is_a_lump_wherever_it_turns(angle, wide, high, shear):
+    moved = turn(DISC * np.exp([wide, high]) @ np.array([[1, 0], [shear, 1]]), angle)
+    moved += [500.0, -300.0]
+    assert_near(judge(DISC, moved), 1, 0, 0, within=1e-9)
+
+
+@pytest.mark.parametrize("shear", [0.6, 0.8, 1.5])
+def test_shear_that_leaves_a_body_whole_breaks_nothing(shear):
+    assert_near(judge(DISC, DISC @ np.array([[1, 0], [shear, 1]])), 1, 0, 0)
+
+
+@pytest.mark.parametrize("height", [0.75, 0.7, 0.5, 0.3])
+def test_a_puddle_that_flows_holds_together(height):
+    states = [DISC * [1 / h, h] for h in np.linspace(1, height, 8)]
+    assert_near(judge(*states), 1, 0, 0)
+    assert classify_states(*states).last.lumps == 1
+
+
+def test_a_rubber_ball_that_is_round_again_is_a_lump():
+    assert_near(judge(DISC, DISC * [1.5, 0.6], DISC), 1, 0, 0)
+    assert_near(judge(DISC, DISC * [1.1, 0.4], DISC), 1, 0, 0)
+
+
+def test_a_flattened_ball_is_crushed():
+    assert_near(judge(DISC, DISC * [1, 0.5]), 0, 1, 0)
+    assert_near(judge(DISC, DISC * [1.3, 0.3]), 0, 1, 0)
+
+
+@pytest.mark.parametrize("per_cell", [1, 4])
+def test_small_jitter_breaks_nothing(per_cell):
+    places, rng = fill_disc(per_cell, 10), np.random.default_rng(0)
+    jitter = 0.1 * per_cell**-0.5
+    assert_near(judge(places, *(places + rng.normal(0, jitter, places.shape) for _ in range(100))), 1, 0, 0)
+
+
+@pytest.mark.parametrize("per_cell", [4, 16])
+@pytest.mark.parametrize("share", [0.01, 0.05])
+def test_a_dusty_lump_is_a_lump_and_dust(per_cell, share):
+    places = fill_disc(per_cell, 7)
+    moved, thrown = throw_dust(places, share)
+    assert_near(judge(places, moved), 1 - thrown, 0, thrown)
+
+
+def test_dust_is_loose_in_the_air_and_on_a_heap():
+    rng = np.random.default_rng(2)
+    cloud = DISC + rng.normal(0, 30, DISC.shape)
+    assert_near(judge(DISC, cloud), 0, 0, 1)
+    assert_near(judge(DISC, cloud, rng.permutation(DISC)), 0, 0, 1)
+
+
+@pytest.mark.parametrize(("size", "lump"), [(2.0, (0, 0.02)), (3.0, (0, 0.02)), (6.0, (0.8, 1)), (8.0, (0.95, 1))])
+def test_crumbs_are_loose_and_pieces_are_lumps(size, lump):
+    shares = judge(DISC, crumble(DISC, size))
+    assert lump[0] <= shares[0] <= lump[1]
+    assert shares[1] < 0.02
+
+
+def test_pieces_are_counted_and_those_that_touch_again_stay_apart():
+    assert classify_states(DISC, break_apart(DISC, 9)).last.lumps == 9
+    left = DISC[:, :1] < 0
+    apart = np.where(left, DISC - [10.0, 0.0], DISC)
+    assert classify_states(DISC, apart, DISC).last.lumps == 2
+    assert classify_states(DISC, np.where(left, DISC - [0.3, 0.0], DISC)).last.lumps == 1
+
+
+def test_what_slides_along_a_cut_is_whole():
+    for slip in (1.0, 4.0):
+        assert_near(judge(DISC, np.where(DISC[:, :1] < 0, DISC - [0.0, slip], DISC)), 1, 0, 0)
+
+
+def test_a_draped_layer_is_whole_unless_it_is_bent_sharply():
+    layer = fill_layer()
+    assert_near(judge(layer, bend(layer, 20)), 1, 0, 0)
+    sharp = judge(layer, bend(layer, 6))
+    assert 0.5 < sharp[0] < 0.9
+    assert sharp[1] > 0.1  # inside of the bend
+    assert sharp[2] > 0.05  # and outside
+
+
+def test_boxes_in_three_dimensions():
+    box, rng = fill_box(), np.random.default_rng(3)
+    assert_near(judge(box, box[:, [1, 2, 0]] + 50), 1, 0, 0, within=1e-9)
+    assert_near(judge(box, box * [1, 1, 0.3]), 0, 1, 0)
+    assert_near(judge(box, box + rng.normal(0, 10, box.shape)), 0, 0, 1)
+    cut = box + np.where(box[:, :1] > 0, [4.0, 0.0, 0.0], 0.0)
+    assert classify_states(box, cut).last.lumps == 2
+    assert_near(judge(box, cut), 1, 0, 0)
+
+
+def test_snow_that_still_crumbles_has_not_settled():
+    right_to_left = np.argsort(-DISC[:, 0])
+    states, places = [DISC], DISC.copy()
+    rng = np.random.default_rng(4)
+    for step in range(5):  # 0.4 % of the mass every 20 frames
+        gone = right_to_left[int(0.004 * step * len(DISC)) : int(0.004 * (step + 1) * len(DISC))]
+        places = places.copy()
+        places[gone] += rng.normal([40.0, 0.0], 10, (len(gone), 2))
+        states.append(places)
+    frames = np.stack([state for state in states for _ in range(20)])
+    crumbling = classify(frames, strain(), release=0, grid_spacing=1.0, cell=1.0, cell_mass=4.0)
+    assert not crumbling.settled
+    at_rest = classify(
+        np.concatenate([frames, frames[-1:].repeat(25, axis=0)]), strain(), release=0, grid_spacing=1.0, cell_mass=4.0
+    )
+    assert at_rest.settled
+    assert 0.01 < at_rest.last.loose_fraction < 0.03
