@@ -10,6 +10,7 @@ import xarray as xr
 from scipy.spatial import cKDTree
 
 from ..errors import DataError
+from ..foreign import parse_json
 from ..settings.analysis import Analysis
 from ..text import quote, quote_all
 from .clock import SECOND, read_clock

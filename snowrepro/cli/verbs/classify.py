@@ -2,6 +2,8 @@
 
 import argparse
 import contextlib
+import json
+import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -17,7 +19,7 @@ from ..arguments import add_store, complete_by
 HELP = """\
 A NetCDF file needs 'position' (time, particle, axis), or 'x' and 'y' (time, particle), with the dimensions in any
 order; it may have 'mass', 'velocity', 'id', 'time', a coordinate of frame numbers, and the attributes release_frame,
-grid_spacing and cell_mass.  A particle that is NaN from some frame to the last has vanished.  Where a variable or
+grid_spacing, cell and cell_mass.  A particle that is NaN from some frame to the last has vanished.  Where a variable or
 dimension has another name, say it with the options below; the name 'none' says that the file has none.
 
 examples:
@@ -35,6 +37,7 @@ NAMED = {
     "--particle-dimension": "dimension along which the particles are",
     "--group": "group of the file that has them",
 }
+PAIR = re.compile(r"\[\s*\d+(\.\d+)?\s*,\s*\d+(\.\d+)?\s*\]")  # of numbers
 NAMES = ("position", "velocity", "mass", "time", "time_dimension", "particle_dimension")
 
 
@@ -49,6 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_store(parser)
     parser.add_argument("--release", type=int, metavar="FRAME", help="when bonds are laid, if the file does not say")
     parser.add_argument("--grid-spacing", type=float, metavar="LENGTH", help="likewise; default: from the particles")
+    parser.add_argument("--cell", type=float, metavar="LENGTH", help="likewise: over which strain is measured")
     parser.add_argument("--cell-mass", type=float, metavar="MASS", help="likewise: of unpressed snow in a cell")
     for option, help_text in NAMED.items():
         parser.add_argument(option, metavar="NAME", help=help_text)
@@ -74,6 +78,7 @@ def execute(options: argparse.Namespace) -> ExitCode:
             release=options.release,
             grid_spacing=options.grid_spacing,
             cell_mass=options.cell_mass,
+            cell=options.cell,
             **named,
             **settings,
         )
@@ -111,4 +116,5 @@ def _read_settings(words: Sequence[str]) -> dict[str, Any]:
     for word in words:
         if "=" not in word:
             raise ConfigError(f"'{word}' is not a setting: write name=value, for example break_strain=0.2")
-    return dict(word.split("=", 1) for word in words)
+    given = dict(word.split("=", 1) for word in words)
+    return {name: json.loads(value) if PAIR.fullmatch(value) else value for name, value in given.items()}
