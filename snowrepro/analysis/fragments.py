@@ -18,8 +18,9 @@ class Fragments:
 
     ``label`` (n,): fragment of each particle, 0 the heaviest; ``mass`` (k,): of each fragment, falling, without what
     is crushed or loose in it; ``is_lump`` (k,): whether it is heavy enough to be a lump; ``states`` (n, 3): which part
-    of each particle is lump, crushed and loose, nothing for one that has vanished; ``particle_mass`` (n,); ``broken``:
-    part of the bonds that broke; ``vanished``: part of the mass that is no longer there.
+    of each particle is lump, crushed and loose, nothing for one that has vanished; ``particle_mass`` (n,), and
+    ``body_mass`` of all; ``broken``: part of the bonds that broke; ``vanished``: part of the mass that is no longer
+    there.
     ``id`` (k,): a number that the heaviest heir of a fragment inherits from frame to frame; ``parent`` (k,): the id of
     the fragment in the frame before that holds most of its mass, -1 in the first frame.
     """
@@ -30,15 +31,11 @@ class Fragments:
     is_lump: np.ndarray
     states: np.ndarray
     particle_mass: np.ndarray
+    body_mass: float
     broken: float
     vanished: float
     id: np.ndarray
     parent: np.ndarray
-
-    @property
-    def body_mass(self) -> float:
-        """The mass of all particles."""
-        return float(self.particle_mass.sum())
 
     @property
     def lump_fraction(self) -> float:
@@ -126,7 +123,8 @@ def make_fragments(
     vanished = float(motion.mass[gone].sum() / motion.mass.sum())
     number = np.arange(len(mass))
     first = np.full(len(mass), -1)
-    return Fragments(frame, label, mass, is_lump, states, motion.mass, broken, vanished, number, first)
+    body_mass = float(np.bincount(label, motion.mass).sum())  # in the order in which fragments are summed
+    return Fragments(frame, label, mass, is_lump, states, motion.mass, body_mass, broken, vanished, number, first)
 
 
 def trace_ancestry(history: Sequence[Fragments], mass: np.ndarray) -> list[Fragments]:

@@ -374,14 +374,22 @@ def _read_cell(dataset: xr.Dataset, cell: float | None, spacing: float, assumed:
 
     Raises DataError where it is not positive.
     """
-    wanted = cell if cell is not None else dataset.attrs.get("cell")
+    wanted = next((value for value in (cell, dataset.attrs.get("cell"), _find_cell_of_run(dataset)) if value), None)
     if wanted is None:
-        assumed.append(f"a cell, over which strain is measured: {spacing:.4g}, a grid cell")
+        assumed.append(f"cell: {spacing:.4g}, as wide as a grid cell; strain is measured over some")
         return spacing
     number = read_number(wanted, "cell", "give it with --cell, in the unit of the positions")
     if not (np.isfinite(number) and number > 0):
         raise DataError(f"cell must be positive, not {number:g}")
     return number
+
+
+def _find_cell_of_run(dataset: xr.Dataset) -> Any:
+    """Find the width of a cell of the paper's grid in the configuration of a run of ours; None for other data."""
+    try:
+        return parse_json(dataset.attrs["config"])["reading"]["cell"]
+    except (KeyError, TypeError, ValueError, RecursionError):
+        return None
 
 
 def _estimate_spacing(places: np.ndarray, assumed: list[str]) -> float:

@@ -31,24 +31,6 @@ class Analysis(Settings):
         gt=0,
         description="strain: distance of a particle from where its clusters carry it that makes it loose [cells]",
     )
-    strain_radius: float = Field(
-        2.5, gt=0, le=100, description="strain: neighbourhood over which it is measured [cells of the paper]"
-    )
-    join_reach: float = Field(
-        1.5, gt=0, le=100, description="strain: distance at release over which clusters hold together [cells]"
-    )
-    part_stretch: float = Field(
-        1.5, gt=1, description="strain: length that parts a pair of clusters, over that of their neighbourhood [1]"
-    )
-    volume_change: tuple[float, float] = Field(
-        (0.2, 0.5),
-        description="strain: |ln(volume / volume at release)| at which snow begins to be crushed or loose, and is [1]",
-    )
-    stray: float = Field(
-        1.0,
-        gt=0,
-        description="strain: distance of a particle from where its clusters carry it that makes it loose [cells]",
-    )
     link_length: float = Field(gt=0, description="longest bond at release [grid spacings]")
     break_strain: float = Field(gt=0, description="|ln(length / length at release)| that breaks a bond [1]")
     break_by: Literal["both", "stretch", "crush"] = Field("both", description="which sign of strain breaks a bond")
