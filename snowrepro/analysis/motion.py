@@ -374,7 +374,9 @@ def _read_cell(dataset: xr.Dataset, cell: float | None, spacing: float, assumed:
 
     Raises DataError where it is not positive.
     """
-    wanted = next((value for value in (cell, dataset.attrs.get("cell"), _find_cell_of_run(dataset)) if value), None)
+    wanted = next(
+        (value for value in (cell, dataset.attrs.get("cell"), _find_cell_of_run(dataset)) if value is not None), None
+    )
     if wanted is None:
         assumed.append(f"cell: {spacing:.4g}, as wide as a grid cell; strain is measured over some")
         return spacing
