@@ -130,7 +130,7 @@ def read_motion(
     masses = _read_masses(_find_mass(dataset, mass, names, layout, identity, start), values.shape[1], assumed)
     spacing = _read_spacing(dataset, grid_spacing, values[0], assumed)
     width = _read_cell(dataset, cell, spacing, assumed)
-    _require_moderate(values, spacing)
+    _require_moderate(values, min(spacing, width))
     return Motion(
         clock.frames[start:],
         clock.time[start:],
