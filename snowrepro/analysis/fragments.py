@@ -61,6 +61,12 @@ class Fragments:
         return 1.0 - self.lump_fraction - self.vanished
 
     @property
+    def largest_state(self) -> np.ndarray:
+        """The place in STATES of the largest part of each particle (n,), uint8; loose for one that has vanished."""
+        is_there = self.states.any(axis=1)
+        return np.where(is_there, self.states.argmax(axis=1), STATES.index("loose")).astype(np.uint8)
+
+    @property
     def lumps(self) -> int:
         """Number of lumps."""
         return int(self.is_lump.sum())

@@ -1,4 +1,4 @@
-"""Lumps and powder of particles over time: which hold together in each frame, and the strains of their bonds."""
+"""Lumps, crushed and loose snow over time: which particles hold together in each frame, and strains of bonds."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from .motion import Motion, require_frames
 
 @dataclass(frozen=True, repr=False)
 class Classification:
-    """Lumps and powder of particles in chosen frames.
+    """Lumps, crushed and loose snow in chosen frames.
 
     ``fragments``: in the chosen frames, rising; the measures below are of the last of them; ``broken``: part of the
     bonds that broke by every stored frame, with columns both, stretch and crush; ``state``: what the last chosen frame
@@ -89,7 +89,7 @@ class Classification:
 
     def _repr_html_(self) -> str:
         """Return the fragments of the last chosen frame as HTML, for notebooks."""
-        title = f"Lumps and powder in frame {self.last.frame}"
+        title = f"Lumps, crushed and loose snow in frame {self.last.frame}"
         fragments = tabulate_fragments(self.last, self.motion)
         fragments["mass"] /= self.motion.mass.sum()
         return view.make_html(title, self.measures(), fragments, self.motion.unit, self.assumed)

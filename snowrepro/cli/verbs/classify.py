@@ -1,4 +1,4 @@
-"""``snowrepro classify``: lumps and powder of a run, or of any particles over time."""
+"""``snowrepro classify``: lumps, crushed and loose snow of a run, or of any particles over time."""
 
 import argparse
 import contextlib
@@ -17,7 +17,7 @@ from ..arguments import add_store, complete_by
 HELP = """\
 A NetCDF file needs 'position' (time, particle, axis), or 'x' and 'y' (time, particle), with the dimensions in any
 order; it may have 'mass', 'velocity', 'id', 'time', a coordinate of frame numbers, and the attributes release_frame,
-grid_spacing and cell_mass.  A particle that is NaN from some frame to the last has vanished.  Where a variable or
+grid_spacing, cell and cell_mass.  A particle that is NaN from some frame to the last has vanished.  Where a variable or
 dimension has another name, say it with the options below; the name 'none' says that the file has none.
 
 examples:
@@ -47,8 +47,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     complete_by(overrides, candidates.list_analysis_settings)
     add_store(parser)
-    parser.add_argument("--release", type=int, metavar="FRAME", help="when bonds are laid, if the file does not say")
+    parser.add_argument("--release", type=int, metavar="FRAME", help="when the snow is whole, if the file does not say")
     parser.add_argument("--grid-spacing", type=float, metavar="LENGTH", help="likewise; default: from the particles")
+    parser.add_argument("--cell", type=float, metavar="LENGTH", help="likewise: over which strain is measured")
     parser.add_argument("--cell-mass", type=float, metavar="MASS", help="likewise: of unpressed snow in a cell")
     for option, help_text in NAMED.items():
         parser.add_argument(option, metavar="NAME", help=help_text)
@@ -62,7 +63,8 @@ def execute(options: argparse.Namespace) -> ExitCode:
         files.require_writable(options.out)
     settings = _read_settings(options.overrides)
     named = _read_names(options)
-    needs_fragments = options.out or options.frames == "all" or (options.release, options.grid_spacing) != (None, None)
+    lengths = {name: getattr(options, name) for name in ("release", "grid_spacing", "cell", "cell_mass")}
+    needs_fragments = options.out or options.frames == "all" or any(value is not None for value in lengths.values())
     with _naming(options.data), store_run.open_particles(options.data, options.store, options.group) as dataset:
         if not (needs_fragments or named) and classify.is_whole_run(dataset):
             analysis = classify.change_settings(classify.read_analysis(dataset), settings)
@@ -71,9 +73,7 @@ def execute(options: argparse.Namespace) -> ExitCode:
         classified = classify.classify(
             dataset,
             frames="all" if options.frames == "all" else None,
-            release=options.release,
-            grid_spacing=options.grid_spacing,
-            cell_mass=options.cell_mass,
+            **lengths,
             **named,
             **settings,
         )
