@@ -56,6 +56,11 @@ class Fragments:
         return float(self.particle_mass @ self.states[:, 2] / self.body_mass)
 
     @property
+    def shares(self) -> dict[str, float]:
+        """The part of the mass in each of STATES, by its name."""
+        return dict(zip(STATES, (self.lump_fraction, self.crushed_fraction, self.loose_fraction), strict=True))
+
+    @property
     def powder_fraction(self) -> float:
         """Part of the mass that is there and in no lump: crushed or loose."""
         return 1.0 - self.lump_fraction - self.vanished

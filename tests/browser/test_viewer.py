@@ -11,7 +11,8 @@ from jinja2 import Environment, FileSystemLoader
 from matplotlib.colors import to_rgb
 
 from snowrepro.evidence import claims
-from snowrepro.report.drawing.common import FLOOR, LUMPS, POWDER, SKY, colour_fragments
+from snowrepro.report.drawing.common import FLOOR, SKY
+from snowrepro.report.drawing.states import LUMPS, colour_fragments
 from snowrepro.report.viewer import scripts, viewer
 from snowrepro.summary.classify import classify
 from tests.report import small_runs
@@ -295,7 +296,6 @@ def test_damage_follows_the_threshold_and_legends_have_units(opened, shown):
     assert rgb(shades[-1]) in colours_in(opened, "right")
     put(opened, "strain", 80)
     assert rgb(shades[0]) in colours_in(opened, "left")
-    assert rgb(POWDER) not in colours_in(opened, "left")
     for colour, unit in (("density", "kg cell⁻³"), ("J_P", "J_P"), ("damage", "part of")):
         opened.select_option("#viewer-colour", colour)
         legend = opened.inner_text("#viewer-legend")

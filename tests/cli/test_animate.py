@@ -15,7 +15,8 @@ from PIL import Image
 from snowrepro.cli import main
 from snowrepro.composition.compose import compose
 from snowrepro.report.drawing.colouring import COLOURINGS
-from snowrepro.report.drawing.common import LUMPS, SNOW
+from snowrepro.report.drawing.common import SNOW
+from snowrepro.report.drawing.states import LUMPS
 from snowrepro.report.film.stage import TITLE, Stage
 from snowrepro.store.run import Run
 from tests.configs import carrying, changed

@@ -22,7 +22,7 @@ USUAL_FPS, MOST_FPS = 25.0, 50.0  # viewers slow faster gifs down
 LEAST_WIDTH, MOST_WIDTH = 160, 3840
 MOST_SPEED = 1000.0
 MOST_PICTURES = 10_000
-IN_WORDS = {"snow": "snow", "fragment": "by fragment"}
+IN_WORDS = {"snow": "snow", "fragment": "by state"}
 
 
 @dataclass(frozen=True)
@@ -169,5 +169,5 @@ def _choose_colourings(animated_runs: Sequence[AnimatedRun], settings: Animation
 def _make_title(animated_runs: Sequence[AnimatedRun], settings: AnimationSettings) -> str:
     """Make the title: what all panels share."""
     runs = [animated.run for animated in animated_runs]
-    colouring = "by fragment" if _choose_colourings(animated_runs, settings) == ("fragment",) else ""
+    colouring = "by state" if _choose_colourings(animated_runs, settings) == ("fragment",) else ""
     return ", ".join(filter(None, (format_title(runs, find_varied_keys(runs)), colouring)))

@@ -20,7 +20,8 @@ from ...scene.outline import polylines
 from ...settings.analysis import Analysis
 from ...settings.question import Claim
 from ...store.run import Run
-from ..drawing.common import COVER, FLOOR, LUMPS, POWDER, SKY, SNOW, get_panel_size
+from ..drawing.common import COVER, FLOOR, SKY, SNOW, get_panel_size
+from ..drawing.states import LOOSE, LUMPS
 from .embedded import FIELDS, EmbeddedRun, ViewerSettings, embed
 from .packing import pack, round_to_levels, take_differences
 
@@ -269,7 +270,7 @@ def _make_field(name: str, span: tuple[float, float], unit: str) -> dict[str, An
 def _list_colours() -> dict[str, Any]:
     """List the colours of the pictures, and a scale that colour-blind readers can tell apart."""
     shades = [to_hex(shade) for shade in mpl.colormaps["cividis"](np.linspace(0.0, 1.0, SHADES))]
-    return {"sky": SKY, "floor": FLOOR, "snow": SNOW, "lumps": LUMPS, "powder": POWDER, "shades": shades}
+    return {"sky": SKY, "floor": FLOOR, "snow": SNOW, "lumps": LUMPS, "powder": LOOSE, "shades": shades}
 
 
 def _is_about_lumps(claim: Claim) -> bool:
