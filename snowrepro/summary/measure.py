@@ -11,7 +11,13 @@ import xarray as xr
 
 from ..analysis import hardness
 from ..analysis.definitions import DEFINITIONS, find_fragments
-from ..analysis.lumps import Classification, classify_motion, make_bond_variables, make_broken_variables
+from ..analysis.lumps import (
+    Classification,
+    classify_motion,
+    make_bond_variables,
+    make_broken_variables,
+    make_course_variables,
+)
 from ..analysis.motion import read_motion
 from ..mpm.ledger import unclosed_share
 from ..settings.analysis import Analysis
@@ -26,7 +32,7 @@ NEEDED = {  # variables of a run's Dataset
 def classify_ends(dataset: xr.Dataset, analysis: Analysis) -> Classification:
     """Classify a run at its release and at its end."""
     ends = [int(dataset.attrs["release_frame"]), int(dataset["snapshot"][-1])]
-    return classify_motion(read_motion(dataset), analysis, ends, follows_bonds=True)
+    return classify_motion(read_motion(dataset), analysis, ends, follows_all=True)
 
 
 def measure_run(dataset: xr.Dataset, classification: Classification) -> dict[str, Any]:
@@ -112,13 +118,15 @@ def _measure_other_definitions(classification: Classification) -> dict[str, floa
 def make_bond_dataset(classification: Classification) -> xr.Dataset:
     """Make a Dataset of the bonds of a run and their strains, from which any other threshold can be tried.
 
-    Along ``bond``: pairs, lengths at release and extreme strains; along ``state``: the part that is broken in every
-    stored frame; along ``fragment``: masses at the end; along ``particle``: masses.
+    Along ``bond``: pairs, lengths at release and extreme strains; along ``state``: in every stored frame the part of
+    them that is broken, and the part of the mass that is lump, crushed and loose; along ``fragment``: masses at the
+    end; along ``particle``: masses.
     """
     return xr.Dataset(
         {
             **make_bond_variables(classification.state.bonds, classification.state.history, classification.motion.unit),
             **make_broken_variables(classification.broken),
+            **make_course_variables(classification.course),
             "fragment_mass": ("fragment", classification.last.mass, {"long_name": "mass of each fragment, falling"}),
             "mass": ("particle", classification.motion.mass, {"long_name": "mass of each particle"}),
         },

@@ -65,8 +65,18 @@ def test_report_shows_runs_and_what_is_missing(stored):
     for name in ("strip.png", "fragments.png"):
         pixels = imread(report.evidence.folder / name)[..., :3]
         assert (np.abs(pixels - [0x30 / 255, 0x7A / 255, 0x78 / 255]).max(axis=-1) < 0.01).mean() > 0.02  # the floor
-    assert {"survival.png", "bonds.png"} <= {path.name for path in report.evidence.folder.iterdir()}
+    assert {"survival.png", "states.png", "states.csv"} <= {path.name for path in report.evidence.folder.iterdir()}
     assert "Not scanned: runs are missing" in page
+
+
+def test_the_three_states_over_time(stored):
+    """From the release on, on clusters: whole at first, and at the end nearly what the particles say."""
+    folder = reported(stored).evidence.folder
+    course, row = pd.read_csv(folder / "states.csv"), pd.read_csv(folder / "summary.csv").iloc[0]
+    assert course[["lump", "crushed", "loose"]].sum(axis=1).to_numpy() == pytest.approx(1.0, abs=2e-4)
+    assert (course["time"].iloc[0], course["lump"].iloc[0]) == (0.0, pytest.approx(1.0, abs=0.002))
+    assert course["lump"].iloc[-1] == pytest.approx(row["lump_fraction"], abs=0.03)
+    assert course["broken"].iloc[-1] == pytest.approx(row["broken_bonds"], abs=1e-4)
 
 
 def test_letters_are_legible(stored, monkeypatch):
