@@ -90,9 +90,10 @@ def draw_course(bonds_of_runs: Sequence[tuple[Run, xr.Dataset]], evidence: Evide
         broken = {"broken": bonds["broken_both"].values, "by_stretch": bonds["broken_stretch"].values}
         rows.append(_label_rows(run, time=time, **parts, **broken))
     for ax, state in zip(axes, STATES, strict=True):
-        ax.set(ylabel=f"{state}, part of the mass")
+        ax.set_ylabel(state)
         ax.set_ylim(-0.02, max(0.1, 1.05 * ax.dataLim.ymax))
     axes[-1].set_xlabel("time since the release [s]")
+    figure.supylabel("part of the mass", fontsize=10)
     _add_legend(figure, colours, evidence.pressure_unit)
     save_figure(figure, evidence.folder / COURSE.file)
     _write_rows(rows, evidence.folder / COURSE.data)
