@@ -11,6 +11,7 @@ import xarray as xr
 
 from ..analysis import hardness
 from ..analysis.definitions import DEFINITIONS, find_fragments
+from ..analysis.eye import look_at
 from ..analysis.lumps import (
     Classification,
     classify_motion,
@@ -101,6 +102,7 @@ def _measure_fall(dataset: xr.Dataset, classification: Classification) -> dict[s
     return {
         **classification.measures(),
         **_measure_other_definitions(classification),
+        **_look_at_end(dataset, classification),
         "impact_speed": float(falling["top_speed"].max()),
         **hardness.measure_impact(falling["body_height"].values, speeds),
     }
@@ -113,6 +115,15 @@ def _measure_other_definitions(classification: Classification) -> dict[str, floa
         f"lumps_by_{name}": find_fragments(state, analysis.model_copy(update={"definition": name})).lump_fraction
         for name in DEFINITIONS
     }
+
+
+def _look_at_end(dataset: xr.Dataset, classification: Classification) -> dict[str, float]:
+    """Return what an eye sees of the last frame, by column name: see ``analysis.eye``."""
+    motion = classification.motion
+    per_cell = json.loads(dataset.attrs["config"])["fidelity"]["particles_per_cell"]
+    least = motion.least_lump(classification.analysis) / motion.cell_mass if motion.cell_mass else 0.0
+    seen = look_at(motion.position[-1], motion.grid_spacing / np.sqrt(per_cell), motion.cell, least)
+    return {"bodies_seen": seen.bodies, "largest_seen": seen.largest, "raggedness": seen.raggedness}
 
 
 def make_bond_dataset(classification: Classification) -> xr.Dataset:

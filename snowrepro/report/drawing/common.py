@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Curve
 
+from ...analysis.eye import COVER
 from ...scene.build import domain
 from ...scene.outline import polylines
 from ...settings.case import Outline
@@ -23,7 +24,6 @@ SINTERED, UNSINTERED = "#D55E00", "#555555"  # of curves
 DPI = 110
 PAGE = 1020  # pixels that a report's page gives a picture on a screen of 1280
 LEAST_LETTERS = 11  # pixels, the size of the smallest letters on such a page
-COVER = 1.45  # diameter of a particle [lattice spacings]
 
 
 @contextmanager

@@ -13,6 +13,7 @@ from ...summary.row import ARM
 from ..document import Block, Fold, Heading, Picture, Table, escape
 from .records import write_claims
 from .response import draw_response
+from .witness import describe_bodies
 
 WIDTH = 100  # of a line on the screen
 P50 = "P50, the pressure at which half of the sintered mass is in lumps [{unit}]"
@@ -47,6 +48,7 @@ def make_blocks(evidence: Evidence) -> list[Block]:
     return [
         Heading("The claims"),
         *(_describe_one_scene(evidence, half_pressures) if len(scenes) == 1 else _describe_several_scenes(evidence)),
+        *describe_bodies(scenes, claims.list),
         Picture(
             "response.png",
             "Mass in lumps over pressure: seeds, means, rising fit and P50, with and without sintering.",

@@ -12,6 +12,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.colors import to_hex
 
+from ...analysis.eye import COVER
 from ...evidence.claims import list_calibrated_claims
 from ...evidence.gather import describe_run
 from ...evidence.sensitivity import CORES, SIGNS
@@ -20,7 +21,7 @@ from ...scene.outline import polylines
 from ...settings.analysis import Analysis
 from ...settings.question import Claim
 from ...store.run import Run
-from ..drawing.common import COVER, FLOOR, SKY, SNOW, get_panel_size
+from ..drawing.common import FLOOR, SKY, SNOW, get_panel_size
 from ..drawing.states import LOOSE, LUMPS
 from .embedded import FIELDS, EmbeddedRun, ViewerSettings, embed
 from .packing import pack, round_to_levels, take_differences
