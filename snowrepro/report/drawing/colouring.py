@@ -78,15 +78,23 @@ def colour_as_snow(dataset: xr.Dataset, _run: Run, frames: Sequence[int]) -> Col
 def colour_by_fragment(dataset: xr.Dataset, run: Run, frames: Sequence[int]) -> Colouring:
     """Give each lump a colour, crushed and loose snow theirs; before the release all particles are snow."""
     classified = classify(dataset, run.config.question.analysis, frames="all")
+    shares = {f.frame: describe_shares(f) for f in classified.fragments}
+    notes = [shares.get(frame, PRESSED) for frame in frames]
+    return Colouring(index_colours(classified, frames), notes, is_of_states=True)
+
+
+def index_colours(classified: Classification, frames: Sequence[int]) -> np.ndarray:
+    """Choose the colours of a run's particles as ``colour_fragments`` does: indices of PALETTE, (frames, n) uint8.
+
+    In frames that are not classified, those before the release, all are snow.
+    """
     index_of = {colour: index for index, colour in enumerate(PALETTE)}
     indices = {
-        f.frame: np.array([index_of[colour] for colour in colours], dtype=np.uint8)
-        for f, colours in zip(classified.fragments, colour_fragments(classified), strict=True)
+        fragments.frame: np.array([index_of[colour] for colour in colours], dtype=np.uint8)
+        for fragments, colours in zip(classified.fragments, colour_fragments(classified), strict=True)
     }
-    snow = np.zeros(dataset.sizes["particle"], dtype=np.uint8)
-    shares = {f.frame: describe_shares(f) for f in classified.fragments}
-    values = np.stack([indices.get(frame, snow) for frame in frames])
-    return Colouring(values, [shares.get(frame, PRESSED) for frame in frames], is_of_states=True)
+    snow = np.zeros(len(classified.last.label), dtype=np.uint8)
+    return np.stack([indices.get(frame, snow) for frame in frames])
 
 
 def describe_shares(fragments: Fragments) -> str:
