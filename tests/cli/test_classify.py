@@ -85,6 +85,15 @@ def test_settings_and_definitions(snowrepro, other):
     assert float(numbers["lump_fraction"]) > 0.8
 
 
+def test_a_setting_of_two_numbers(snowrepro, other, tmp_path):
+    """With or without brackets."""
+    for words in ("volume_change=0.1,0.3", "volume_change=[0.1,0.3]"):
+        shown = snowrepro("classify", "other.nc", "--release", "0", words, "--out", "found")
+        assert shown.returncode == 0, shown.stderr
+        measures = json.loads((tmp_path / "found/measures.json").read_text())
+        assert measures["analysis"]["volume_change"] == [0.1, 0.3]
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

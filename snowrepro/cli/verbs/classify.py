@@ -107,8 +107,9 @@ def _naming(data: str) -> Iterator[None]:
 
 
 def _read_settings(words: Sequence[str]) -> dict[str, Any]:
-    """Names and values of ``name=value``.  Raises ConfigError."""
+    """Names and values of ``name=value``, several values with commas between.  Raises ConfigError."""
     for word in words:
         if "=" not in word:
             raise ConfigError(f"'{word}' is not a setting: write name=value, for example break_strain=0.2")
-    return dict(word.split("=", 1) for word in words)
+    settings = dict(word.split("=", 1) for word in words)
+    return {name: value.strip("[]").split(",") if "," in value else value for name, value in settings.items()}
