@@ -3,7 +3,6 @@
 Distance alone cannot tell a heap of powder from a lump: a bond that broke stays broken even when its ends meet again.
 """
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -105,11 +104,3 @@ class Extremes:
         return BondHistory(
             0.5 * np.log(self.longest2 / first2), 0.5 * np.log(np.maximum(self.shortest2 / first2, LEAST_RATIO**2))
         )
-
-
-def follow_bonds(bonds: Bonds, states: Iterable[np.ndarray]) -> BondHistory:
-    """Return the extreme strains of ``bonds`` over ``states``, each (n, 2 or 3)."""
-    extremes = Extremes(bonds)
-    for positions in states:
-        extremes.extend(positions)
-    return extremes.to_history()

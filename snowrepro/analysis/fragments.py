@@ -53,9 +53,20 @@ class Fragments:
         return float(self.particle_mass @ self.states[:, 2] / self.body_mass)
 
     @property
+    def shares(self) -> dict[str, float]:
+        """The part of the mass in each of STATES, by its name."""
+        return dict(zip(STATES, (self.lump_fraction, self.crushed_fraction, self.loose_fraction), strict=True))
+
+    @property
     def powder_fraction(self) -> float:
         """Part of the mass that is there and in no lump: crushed or loose."""
         return 1.0 - self.lump_fraction - self.vanished
+
+    @property
+    def largest_state(self) -> np.ndarray:
+        """The place in STATES of the largest part of each particle (n,), uint8; loose for one that has vanished."""
+        is_there = self.states.any(axis=1)
+        return np.where(is_there, self.states.argmax(axis=1), STATES.index("loose")).astype(np.uint8)
 
     @property
     def lumps(self) -> int:

@@ -1,4 +1,4 @@
-"""Lumps and powder of particles over time: which hold together in each frame, and the strains of their bonds."""
+"""Lumps, crushed and loose snow over time: which particles hold together in each frame, and strains of bonds."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,14 +16,16 @@ from .definitions import NEED_BONDS, State, find_fragments
 from .fragments import Fragments, tabulate_fragments, trace_ancestry
 from .gauge import Gauge
 from .motion import Motion, require_frames
+from .states import STATES
 
 
 @dataclass(frozen=True, repr=False)
 class Classification:
-    """Lumps and powder of particles in chosen frames.
+    """Lumps, crushed and loose snow in chosen frames.
 
     ``fragments``: in the chosen frames, rising; the measures below are of the last of them; ``broken``: part of the
-    bonds that broke by every stored frame, with columns both, stretch and crush; ``state``: what the last chosen frame
+    bonds that broke by every stored frame, with columns both, stretch and crush; ``course``: part of the mass of
+    clusters in each of STATES in these frames, as far as they were followed; ``state``: what the last chosen frame
     was judged by; ``changed``: part of the mass that changed its state in the frames before it (``settled_frames``), or
     of the neighbours that parted then, whichever is more.
     """
@@ -32,6 +34,7 @@ class Classification:
     analysis: Analysis
     fragments: list[Fragments]
     broken: pd.DataFrame
+    course: pd.DataFrame
     state: State
     changed: float
 
@@ -89,7 +92,7 @@ class Classification:
 
     def _repr_html_(self) -> str:
         """Return the fragments of the last chosen frame as HTML, for notebooks."""
-        title = f"Lumps and powder in frame {self.last.frame}"
+        title = f"Lumps, crushed and loose snow in frame {self.last.frame}"
         fragments = tabulate_fragments(self.last, self.motion)
         fragments["mass"] /= self.motion.mass.sum()
         return view.make_html(title, self.measures(), fragments, self.motion.unit, self.assumed)
@@ -128,22 +131,25 @@ class Classification:
 
 
 def classify_motion(
-    motion: Motion, analysis: Analysis, frames: Sequence[int], follows_bonds: bool = False
+    motion: Motion, analysis: Analysis, frames: Sequence[int], follows_all: bool = False
 ) -> Classification:
     """Find the fragments of a motion in some frames, by the definition of a lump that ``analysis`` chooses.
 
-    ``follows_bonds``: whether bonds are laid and followed even if that definition needs none.
+    ``follows_all``: whether bonds are laid and followed even if that definition needs none, and the states of clusters
+    in every stored frame.
     Raises DataError where there is no frame, or where one is not stored.
     """
     wanted = require_frames(motion, frames)
     if not wanted:
         raise DataError("no frame was asked for")
-    extremes, gauge = Extremes(_lay_bonds(motion, analysis, follows_bonds)), Gauge(motion, analysis)
+    extremes, gauge = Extremes(_lay_bonds(motion, analysis, follows_all)), Gauge(motion, analysis)
     compared = (find_frame_before(gauge.frames, wanted[-1] - analysis.settled_frames), wanted[-1])
-    stored, broken, fragments, shares, joined = set(motion.frames.tolist()), {}, [], {}, {}
+    stored, broken, fragments, parts, course, joined = set(motion.frames.tolist()), {}, [], {}, {}, {}
     for frame, centre in gauge.follow(wanted[-1]):
         if frame in compared:
-            shares[frame], joined[frame] = gauge.divide_clusters(centre), gauge.joined_part
+            parts[frame], joined[frame] = gauge.divide_clusters(centre), gauge.joined_part
+        if frame in stored and follows_all:
+            course[frame] = gauge.divide_clusters(centre).sum(axis=0)
         if frame in stored:
             index = motion.index(frame)
             extremes.extend(motion.position[index])
@@ -152,9 +158,10 @@ def classify_motion(
             state = State(motion, index, extremes.bonds, extremes.to_history(), gauge.judge_particles(centre, index))
             fragments.append(find_fragments(state, analysis, broken[frame][analysis.break_by]))
     before, last = compared
-    change = max(float(np.abs(shares[last] - shares[before]).sum() / 2), float(joined[before] - joined[last]))
-    by_frame = pd.DataFrame.from_dict(broken, orient="index")
-    return Classification(motion, analysis, trace_ancestry(fragments, motion.mass), by_frame, state, change)
+    change = max(float(np.abs(parts[last] - parts[before]).sum() / 2), float(joined[before] - joined[last]))
+    broken_by = pd.DataFrame.from_dict(broken, orient="index")
+    course_by = pd.DataFrame.from_dict(course, orient="index", columns=list(STATES))
+    return Classification(motion, analysis, trace_ancestry(fragments, motion.mass), broken_by, course_by, state, change)
 
 
 def _lay_bonds(motion: Motion, analysis: Analysis, is_wanted: bool) -> Bonds:
@@ -190,6 +197,12 @@ def make_state_variables(states: np.ndarray) -> dict[str, tuple]:
         name: (("snapshot", "particle"), states[:, :, place].astype(np.float32), {"long_name": text, "units": "1"})
         for place, (name, text) in enumerate(words.items())
     }
+
+
+def make_course_variables(course: pd.DataFrame) -> dict[str, tuple]:
+    """Make variables of a Dataset from the part of the mass that is lump, crushed and loose in each stored frame."""
+    about = {"long_name": "part of the mass of clusters", "units": "1"}
+    return {f"part_{name}": ("state", course[name].to_numpy(), about) for name in STATES}
 
 
 def make_broken_variables(broken: pd.DataFrame) -> dict[str, tuple]:

@@ -94,4 +94,4 @@ def divide_mass(bodies: Bodies, mass: np.ndarray, least: float) -> np.ndarray:
     is_lump[0] = is_body[0] = False
     lump = whole * is_lump[label]
     crushed = np.where(is_body[label], bodies.crushed * (1.0 - bodies.opened) + whole * ~is_lump[label], 0.0)
-    return np.stack([lump, crushed, 1.0 - lump - crushed], axis=1)
+    return np.stack([lump, crushed, np.maximum(1.0 - lump - crushed, 0.0)], axis=1)

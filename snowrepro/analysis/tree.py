@@ -91,32 +91,6 @@ class Tree:
         unbroken = self.edges[: np.searchsorted(self.weight, break_strain, side="right")]
         return find_components(unbroken, self.count)
 
-    def measure_lumps(self, mass: np.ndarray, least: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the part of the mass in components of at least ``least`` as a step function of the break strain.
-
-        ``mass`` (n,): of the particles.  Returns the strains at which the part changes, rising from 0, and its value
-        from each of them on; both (m + 1,).
-        """
-        parents = [*range(self.count)]  # union-find
-        masses = mass.tolist()
-        in_lumps = sum(m for m in masses if m >= least)
-        values = [in_lumps]
-        for edge in self.edges.tolist():
-            light, heavy = sorted((_find_root(parents, end) for end in edge), key=masses.__getitem__)
-            in_lumps -= sum(m for m in (masses[heavy], masses[light]) if m >= least)
-            parents[light] = heavy
-            masses[heavy] += masses[light]
-            in_lumps += masses[heavy] if masses[heavy] >= least else 0.0
-            values.append(in_lumps)
-        return np.concatenate([[0.0], self.weight]), np.array(values) / mass.sum()
-
-
-def _find_root(parents: list[int], particle: int) -> int:
-    """Find the particle that stands for the component of ``particle``, and shorten the way to it."""
-    while parents[particle] != particle:
-        parents[particle] = particle = parents[parents[particle]]
-    return particle
-
 
 def grow_tree(pairs: np.ndarray, weight: np.ndarray, count: int) -> Tree:
     """Make the minimum spanning tree, or forest, of bonds ``pairs`` (m, 2) with ``weight`` (m,)."""

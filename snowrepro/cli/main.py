@@ -30,7 +30,7 @@ VERBS = {
     "redo": "do a run again from its manifest: same bits?",
     "clean": "remove what is not needed from the store",
     "config": "print the configuration that the overrides give",
-    "classify": "lumps and powder of a run, or of any particles over time",
+    "classify": "lumps, crushed and loose snow of a run or any particles",
     "animate": "an mp4 or gif of a run, or of several side by side",
     "completion": "print a script that lets a shell complete this program's words",
 }

@@ -40,7 +40,7 @@ def _list_next_steps(run: Run) -> list[str]:
         f"snowrepro explain {name}{store}": "what made it, and its log",
     }
     if run.case.indenter is None:
-        steps[f"snowrepro classify {name}{store} break_strain=0.2"] = "lumps by another definition"
+        steps[f"snowrepro classify {name}{store} definition=bonds"] = "lumps by another definition"
     width = max(map(len, steps))
     lines = [f"  {command:{width}}  # {why}" for command, why in steps.items()]
     return ["next:", *lines, "What each number means: docs/columns.md"]

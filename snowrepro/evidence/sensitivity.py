@@ -1,4 +1,4 @@
-"""How the definition of a lump matters: one run's lump fraction under many definitions, from its stored bonds."""
+"""How the definition of a lump matters: one run's lump fraction under many settings of five rules."""
 
 from itertools import product
 
@@ -32,12 +32,14 @@ CHOICES = (
     "link_length", "lump_mass",
 )  # fmt: skip
 NO_STRAIN = (float("nan"),) * 3
+HALF_CHANGES = np.round(np.arange(0.15, 0.801, 0.025), 3)  # at which a curve is drawn
 
 
 def scan_definitions(run: Run) -> pd.DataFrame:
     """Compute the lump fraction of a finished run under many definitions: columns CHOICES and lump_fraction.
 
-    The least mass of a lump is a part of the body here, whatever it is in cells.  For proximity ``link_length`` is the
+    The least mass of a lump is a part of the body here, whatever it is in cells.  ``half_change``: change of volume
+    at which snow is half crushed, or half loose, the middle of ``volume_change``.  For proximity ``link_length`` is the
     distance that connects, for damage ``core_fraction`` is the damage that isolates; what does not apply is NaN or
     empty.
     """
@@ -83,14 +85,19 @@ def scan_bonds(dataset: xr.Dataset, grid_spacing: float) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=[*CHOICES, "lump_fraction"])
 
 
-def measure_lump_curve(run: Run) -> tuple[np.ndarray, np.ndarray]:
-    """Compute the mass in lumps of a finished run over the break strain: see ``Tree.measure_lumps``.
-
-    All else is as the analysis of the run says.
-    """
-    bonds, analysis = read_bonds(run), run.config.question.analysis
-    tree = make_tree(*select_bonds(bonds, np.inf, analysis.break_by), analysis.core_fraction)
-    return tree.measure_lumps(bonds["mass"].values, bonds.attrs["least_lump"] * (1 - ROUND_OFF))
+def measure_lump_curve(run: Run) -> np.ndarray:
+    """Compute the mass in lumps of a finished run by strain, for HALF_CHANGES; all else is as its analysis says."""
+    analysis = run.config.question.analysis
+    width = np.ptp(analysis.volume_change)
+    with run.open() as dataset:
+        gauge = Gauge(read_motion(dataset), analysis)
+    *_, (_, centre) = gauge.follow(int(gauge.frames[-1]))
+    lumps = []
+    for half in HALF_CHANGES:
+        ends = (max(half - width / 2, 0.0), half + width / 2)
+        gauge.analysis = analysis.model_copy(update={"volume_change": ends})
+        lumps.append(float(gauge.divide_clusters(centre)[:, 0].sum()))
+    return np.array(lumps)
 
 
 def select_bonds(dataset: xr.Dataset, longest: float, sign: str) -> tuple[np.ndarray, HalfBonds]:

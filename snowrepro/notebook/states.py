@@ -10,6 +10,7 @@ from ..composition.compose import config_of
 from ..errors import ConfigError
 from ..report.drawing.colouring import COLOURINGS, convert_to_colours, make_scale
 from ..report.drawing.common import draw_background, draw_snow, get_panel_size, own_style
+from ..report.drawing.states import add_state_legend
 from ..report.film.panels import format_title
 from ..store import cf
 from ..store.run import Run, open_run
@@ -61,6 +62,8 @@ def _draw_state(dataset: xr.Dataset, run: Run, by: str, frame: int, title: str, 
     values = np.asarray(colouring.values[0])
     draw_snow(ax, run, places, width * 72 / size[0], convert_to_colours(values, scale))
     ax.set_title("\n".join(filter(None, (title, colouring.notes[0]))), fontsize=NOTE, loc="left")
+    if colouring.is_of_states:
+        add_state_legend(figure, NOTE, loc="outside lower center")
     if scale:
         figure.colorbar(scale.mappable, ax=ax, shrink=0.8).set_label(scale.field, size=NOTE)
     return figure

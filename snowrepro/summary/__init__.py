@@ -1,1 +1,1 @@
-"""The numbers of one run: its row, what the columns mean, and its lumps and powder."""
+"""The numbers of one run: its row, what the columns mean, and its lumps, crushed and loose snow."""

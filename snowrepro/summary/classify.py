@@ -1,4 +1,4 @@
-"""Classify a run, or anyone's particles over time, into lumps and powder."""
+"""Classify a run, or anyone's particles over time, into lumps, crushed and loose snow."""
 
 import json
 from collections.abc import Sequence

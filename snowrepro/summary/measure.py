@@ -11,7 +11,14 @@ import xarray as xr
 
 from ..analysis import hardness
 from ..analysis.definitions import DEFINITIONS, find_fragments
-from ..analysis.lumps import Classification, classify_motion, make_bond_variables, make_broken_variables
+from ..analysis.eye import look_at
+from ..analysis.lumps import (
+    Classification,
+    classify_motion,
+    make_bond_variables,
+    make_broken_variables,
+    make_course_variables,
+)
 from ..analysis.motion import read_motion
 from ..mpm.ledger import unclosed_share
 from ..settings.analysis import Analysis
@@ -26,7 +33,7 @@ NEEDED = {  # variables of a run's Dataset
 def classify_ends(dataset: xr.Dataset, analysis: Analysis) -> Classification:
     """Classify a run at its release and at its end."""
     ends = [int(dataset.attrs["release_frame"]), int(dataset["snapshot"][-1])]
-    return classify_motion(read_motion(dataset), analysis, ends, follows_bonds=True)
+    return classify_motion(read_motion(dataset), analysis, ends, follows_all=True)
 
 
 def measure_run(dataset: xr.Dataset, classification: Classification) -> dict[str, Any]:
@@ -95,6 +102,7 @@ def _measure_fall(dataset: xr.Dataset, classification: Classification) -> dict[s
     return {
         **classification.measures(),
         **_measure_other_definitions(classification),
+        **_look_at_end(dataset, classification),
         "impact_speed": float(falling["top_speed"].max()),
         **hardness.measure_impact(falling["body_height"].values, speeds),
     }
@@ -109,16 +117,27 @@ def _measure_other_definitions(classification: Classification) -> dict[str, floa
     }
 
 
+def _look_at_end(dataset: xr.Dataset, classification: Classification) -> dict[str, float]:
+    """Return what an eye sees of the last frame, by column name: see ``analysis.eye``."""
+    motion = classification.motion
+    per_cell = json.loads(dataset.attrs["config"])["fidelity"]["particles_per_cell"]
+    least = motion.least_lump(classification.analysis) / motion.cell_mass if motion.cell_mass else 0.0
+    seen = look_at(motion.position[-1], motion.grid_spacing / np.sqrt(per_cell), motion.cell, least)
+    return {"bodies_seen": seen.bodies, "largest_seen": seen.largest, "raggedness": seen.raggedness}
+
+
 def make_bond_dataset(classification: Classification) -> xr.Dataset:
     """Make a Dataset of the bonds of a run and their strains, from which any other threshold can be tried.
 
-    Along ``bond``: pairs, lengths at release and extreme strains; along ``state``: the part that is broken in every
-    stored frame; along ``fragment``: masses at the end; along ``particle``: masses.
+    Along ``bond``: pairs, lengths at release and extreme strains; along ``state``: in every stored frame the part of
+    them that is broken, and the part of the mass that is lump, crushed and loose; along ``fragment``: masses at the
+    end; along ``particle``: masses.
     """
     return xr.Dataset(
         {
             **make_bond_variables(classification.state.bonds, classification.state.history, classification.motion.unit),
             **make_broken_variables(classification.broken),
+            **make_course_variables(classification.course),
             "fragment_mass": ("fragment", classification.last.mass, {"long_name": "mass of each fragment, falling"}),
             "mass": ("particle", classification.motion.mass, {"long_name": "mass of each particle"}),
         },

@@ -19,7 +19,9 @@ from .columns import CASE_COLUMNS, COMMON_COLUMNS, COST_COLUMNS, FALL_COLUMNS, T
 from .measure import classify_ends, make_bond_dataset, measure_run
 
 CODE = digest_of("summary.measure")  # as this process has loaded it, whatever is written meanwhile
-BONDS = {"fragment_mass", "mass", "state", "broken_both", "broken_stretch"}  # arrays that a report draws
+BONDS = {  # arrays that a report draws
+    "fragment_mass", "mass", "state", "broken_both", "broken_stretch", "part_lump", "part_crushed", "part_loose",
+}  # fmt: skip
 ALL_COLUMNS = {**CASE_COLUMNS, **COMMON_COLUMNS, **FALL_COLUMNS, **TEST_COLUMNS, **COST_COLUMNS}
 # What is raised where data does not hold what a run does.
 NO_RESULT = (KeyError, ValueError, IndexError, TypeError, AttributeError, ArithmeticError, OSError, RuntimeError)

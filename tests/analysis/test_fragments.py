@@ -253,8 +253,9 @@ def test_three_dimensions():
         moved[upper] += t * np.cross(omega, x[upper] - x[upper].mean(axis=0))
         states.append(moved)
     found = classify(
-        np.stack([x, *states]), release=0, frames=[2], core_fraction=1.0, lump_cells=0.0, mass=2.0, grid_spacing=2.0
-    )
+        np.stack([x, *states]), release=0, frames=[2], definition="bonds", core_fraction=1.0, lump_cells=0.0,
+        mass=2.0, grid_spacing=2.0,
+    )  # fmt: skip
     found.motion.time[:] = [-1e-4, 0.0, 1e-4, 2e-4]
     assert found.last.mass.tolist() == [1000.0, 1000.0]
     turning = found.table().loc[lambda rows: rows["centre_z"] > 5].iloc[0]

@@ -21,7 +21,7 @@ RIGHT = [LATTICE + [30.0, 0.0] + state * SCATTER for state in range(STATES)]
 PLACES = np.stack([np.concatenate(pair) for pair in zip(LEFT, RIGHT, strict=True)])  # half of it is a lump, half powder
 COUNT = PLACES.shape[1]
 TIME = STEP * np.arange(STATES)
-ANALYSIS = compose_analysis().model_copy(update={"lump_cells": 0.0, "lump_mass": 0.2})
+ANALYSIS = compose_analysis().model_copy(update={"definition": "bonds", "lump_cells": 0.0, "lump_mass": 0.2})
 TIMES = ["time", "t", "frame", "Frames", "snapshot", "obs", "nTimeSteps", "number_of_states", "TIME", "step", "record"]
 PARTICLES = [
     "particle",

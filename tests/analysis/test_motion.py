@@ -34,8 +34,10 @@ def test_what_is_not_said_is_assumed_and_told():
     """Grid spacing from the particles, within a tenth of the true one; equal masses; a cell of four."""
     found = classify(STATES, release=0)
     assert found.motion.grid_spacing == pytest.approx(2.0, rel=0.1)
-    assert [line.split(":")[0] for line in found.assumed] == ["mass", "grid spacing", "cell", "mass of a cell"]
-    told = classify(foreign(release_frame=0, grid_spacing=2.0, cell=2.0, cell_mass=100.0), mass=25.0)
+    assert [line.split(":")[0] for line in found.assumed] == [
+        "mass", "grid spacing", "a cell, over which strain is measured", "mass of a cell",
+    ]  # fmt: skip
+    told = classify(foreign(release_frame=0, grid_spacing=2.0, cell_mass=100.0), mass=25.0, cell=1.0)
     assert told.assumed == []
     assert told.motion.grid_spacing == 2.0
 
@@ -79,7 +81,7 @@ def test_a_heavy_particle_that_vanishes_is_no_lump():
     states = STATES[[0, 0]].copy()
     states[1, 7] = np.nan
     mass = np.where(np.arange(len(X)) == 7, 0.2 * len(X), 1.0)
-    found = classify(states, release=0, mass=mass, lump_cells=0.0).last
+    found = classify(states, release=0, mass=mass, definition="bonds", lump_cells=0.0).last
     assert found.lumps == 1
     assert found.lump_fraction + found.vanished == pytest.approx(1.0)
     assert found.vanished == pytest.approx(mass[7] / mass.sum())

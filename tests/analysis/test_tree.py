@@ -1,14 +1,10 @@
 """The spanning tree against fragments worked out one threshold at a time, by the definition alone."""
 
-import math
-
 import numpy as np
 import pytest
 from scipy.spatial import Delaunay
 
-from snowrepro.analysis.bonds import follow_bonds, lay_bonds
 from snowrepro.analysis.tree import find_core_strain, find_holding_strain, grow_tree, sort_by_particle
-from tests.analysis.pictures import ball
 
 
 def direct(pairs, strain, count, core_fraction, break_strain) -> list[frozenset[int]]:
@@ -76,27 +72,6 @@ def test_a_cut_of_the_tree_is_the_direct_answer(seed):
         assert partition(tree.cut(threshold)) == expected
         sizes.add(len(expected))
     assert len(sizes) > 5
-
-
-def test_lumps_over_all_thresholds_are_those_of_cuts():
-    """The step function of the tree's lumps beside the mass in cuts, on a body that breaks bit by bit."""
-    x = ball("preview")
-    y = x * [1.0, 0.62] + 0.6 * np.sin(x[:, ::-1])
-    bonds = lay_bonds(x, 3.0)
-    strain = follow_bonds(bonds, [y]).strain()
-    halves = sort_by_particle(bonds.pairs, strain, len(x))
-    tree = grow_tree(bonds.pairs, find_holding_strain(halves, find_core_strain(halves, 0.3333)), len(x))
-    mass = np.random.default_rng(0).uniform(0.5, 2, len(x))
-    least = 0.01 * mass.sum()
-    strains, lumps = tree.measure_lumps(mass, least)
-    values = set()
-    for threshold in np.linspace(0, 1, 101):
-        weights = np.bincount(tree.cut(threshold), weights=mass)
-        expected = weights[weights >= least].sum() / mass.sum()
-        assert lumps[np.searchsorted(strains, threshold, side="right") - 1] == pytest.approx(expected, abs=1e-12)
-        values.add(round(expected, 3))
-    assert len(values) > 10
-    assert math.isclose(lumps[-1], 1.0)
 
 
 def test_no_bonds_no_fragments():

@@ -5,15 +5,16 @@ import re
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 from jinja2 import Environment, FileSystemLoader
 from matplotlib.colors import to_rgb
 
-from snowrepro.evidence import claims
-from snowrepro.report.drawing.common import FLOOR, LUMPS, POWDER, SKY, colour_fragments
+from snowrepro.analysis.states import STATES
+from snowrepro.report.drawing.common import FLOOR, SKY
+from snowrepro.report.drawing.states import CRUSHED, LOOSE, LUMPS, colour_fragments
 from snowrepro.report.viewer import scripts, viewer
 from snowrepro.summary.classify import classify
+from snowrepro.summary.row import read_row
 from tests.report import small_runs
 
 TEMPLATES = Path(viewer.__file__).parents[1] / "templates"
@@ -21,7 +22,6 @@ HARNESS = """<!doctype html><html lang="en"><head><meta charset="utf-8"><title>V
 <meta name="viewport" content="width=device-width"><style>{{ css | safe }}</style></head>
 <body><main><h1>Viewer</h1>{% include "viewer.html.j2" %}</main>
 <script type="module">{{ js | safe }}</script></body></html>"""
-CLOSE = 1e-12  # two ways to add the same masses up
 # Time and pictures by hand: what was asked to be done with the next picture is done when time passes.
 STEPPED = """
   const waiting = new Map();
@@ -38,9 +38,9 @@ STEPPED = """
     }
   };
 """
-# Reads a number from each row of the table of runs, or from the captions of the pictures.
+# Reads the numbers from the table of runs, or from the captions of the pictures.
 NUMBERS = "cells => cells.map(cell => Number(cell.value))"
-NOW = "#viewer-runs td:nth-child(2) data"
+RUNS = "#viewer-runs data"
 
 
 @pytest.fixture(scope="module")
@@ -78,6 +78,11 @@ def stepped(page, shown):
     return page
 
 
+def released(data: dict) -> list[int]:
+    """The embedded frames from the release on."""
+    return [frame for frame, shares in zip(data["frames"], data["runs"][0]["shares"], strict=True) if shares]
+
+
 @pytest.fixture(scope="module")
 def datasets(runs):
     """The runs' results."""
@@ -92,106 +97,36 @@ def put(page, name: str, place: int) -> None:
         slider.press("ArrowRight")
 
 
-def numbers(page, selector: str = NOW) -> list[float]:
+def numbers(page, selector: str = RUNS) -> list[float]:
     """Numbers shown, with all their digits."""
     return page.eval_on_selector_all(selector, NUMBERS)
 
 
-def told(page) -> dict[str, str]:
-    """What is said of each claim under the present settings."""
-    rows = page.eval_on_selector_all("#viewer-claims tr", "rows => rows.map(r => [...r.cells].map(c => c.textContent))")
-    return {text.split(":")[0]: now for text, now, _ in rows}
-
-
-def pointing(runs, data, fractions) -> dict[str, str]:
-    """The same by Python."""
-    columns = pd.MultiIndex.from_tuples([(run.case.arm, run.case.pressure) for run in runs])
-    means = pd.DataFrame([fractions], columns=columns)
-    judged = [c for c in runs[0].config.question.claims.list if c.test != "scenes" and c.measure == "lump_fraction"]
-    return {c.name: "agree" if claims.check_agreement(c, means).iloc[0] else "disagree" for c in judged}
-
-
-def test_it_comes_up_as_the_report_has_it(opened, shown, runs, datasets):
-    """Without a touch the numbers are the report's, and the claims are judged by them."""
-    usual = [classify(dataset).lump_fraction for dataset in datasets]
-    assert numbers(opened) == pytest.approx(usual, abs=CLOSE)
-    assert numbers(opened, "#viewer-runs td:nth-child(3) data") == pytest.approx(usual, abs=CLOSE)
-    assert told(opened) == pointing(runs, shown[1], usual)
-    assert "(the report's)" in opened.inner_text("#viewer-strain-now")
-
-
-@pytest.mark.parametrize(
-    ("sign", "core", "step", "mass"),
-    [("both", 0.3333, 3, 5), ("both", 0.25, 30, 0), ("stretch", 0.5, 20, 30), ("crush", 0.3333, 41, 12),
-     ("stretch", 0.25, 60, 5), ("crush", 1.0, 10, 20), ("both", 0.5, 80, 40)],
-)  # fmt: skip
-def test_lumps_are_those_of_python(opened, shown, datasets, sign, core, step, mass):
-    """Any setting, chosen by keys, gives what classify gives: with vanished particles and unequal masses too."""
-    data = shown[1]
-    opened.select_option("#viewer-sign", str(data["signs"].index(sign)))
-    opened.select_option("#viewer-core", str(data["cores"].index(core)))
-    put(opened, "strain", step)
-    put(opened, "mass", mass)
-    settings = {"break_by": sign, "core_fraction": core, "lump_mass": data["lump_masses"][mass]}
-    right = [classify(dataset, break_strain=data["ladder"][step], **settings).lump_fraction for dataset in datasets]
-    assert numbers(opened) == pytest.approx(right, abs=CLOSE)
-
-
-def test_the_settings_matter(shown, datasets):
-    """The runs of these tests tell settings apart, so that agreement says something."""
-    found = {
-        classify(datasets[0], break_strain=strain, break_by=sign, core_fraction=core).lump_fraction
-        for strain in shown[1]["ladder"][::20]
-        for sign in shown[1]["signs"]
-        for core in shown[1]["cores"]
-    }
-    assert len(found) > 20
-
-
-def test_the_mouse_moves_the_threshold_and_claims_turn(opened, shown, runs, datasets):
-    """Dragged from end to end, numbers and claims follow Python's; some claim turns; reset brings the report back."""
-    usual, seen = numbers(opened), set()
-    box = opened.locator("#viewer-strain").bounding_box()
-    y = box["y"] + box["height"] / 2
-    opened.mouse.move(box["x"] + box["width"] * 0.5, y)
-    opened.mouse.down()
-    for part in (0.02, 0.2, 0.4, 0.6, 0.8, 0.98):
-        opened.mouse.move(box["x"] + box["width"] * part, y)
-        strain = shown[1]["ladder"][int(opened.input_value("#viewer-strain"))]
-        right = [classify(dataset, break_strain=strain).lump_fraction for dataset in datasets]
-        assert numbers(opened) == pytest.approx(right, abs=CLOSE)
-        assert told(opened) == pointing(runs, shown[1], right)
-        seen.add(tuple(told(opened).values()))
-    opened.mouse.up()
-    assert len(seen) > 1
-    opened.click("#viewer-reset")
-    assert numbers(opened) == usual
-
-
-def test_a_change_is_said_aloud(opened):
-    """The live region tells settings and claims, after a pause."""
-    put(opened, "strain", 70)
-    told_aloud = opened.locator("#viewer-status[aria-live=polite]")
-    opened.wait_for_function("document.getElementById('viewer-status').textContent.includes('disagree with: C')")
-    assert "Break strain" in told_aloud.inner_text()
+def test_it_comes_up_as_the_report_has_it(opened, runs):
+    """At the last frame, with the numbers of the report to the last digit; three digits are read."""
+    rows = [read_row(run) for run in runs]
+    expected = [row[f"{state}_fraction"] for row in rows for state in STATES]
+    assert numbers(opened) == expected
+    assert opened.eval_on_selector_all(RUNS, "all => all.map(one => one.textContent)") == [f"{v:.3f}" for v in expected]
+    assert opened.locator("#viewer-runs td:last-child").all_inner_texts() == [str(row["lumps"]) for row in rows]
 
 
 def test_frames_are_stepped_through_and_each_is_exact(opened, shown, datasets):
-    """Arrows on a picture move both pictures by a frame; from the release on each shows Python's lumps there."""
+    """Arrows on a picture move both pictures by a frame; from the release on each shows Python's shares there."""
     data = shown[1]
     opened.select_option("#viewer-run-left", "0")
     opened.select_option("#viewer-run-right", "3")
     canvas = opened.locator("#viewer-canvas-left")
     canvas.press("Home")
-    bonded = data["frames"][data["release"] :]
-    right = [classify(datasets[run], frames=bonded).fragments for run in (0, 3)]
+    right = [classify(dataset, frames=released(data)).fragments for dataset in datasets]
     for frame in data["frames"]:
         opened.wait_for_function(f"document.getElementById('viewer-time-now').value.startsWith('frame {frame},')")
-        for side, found in zip(("left", "right"), right, strict=True):
+        here = [[share for f in found if f.frame == frame for share in f.shares.values()] for found in right]
+        for side, run in (("left", 0), ("right", 3)):
             caption = opened.locator(f"#viewer-caption-{side}")
             assert caption.inner_text().startswith(f"Frame {frame}:")
-            here = [f.lump_fraction for f in found if f.frame == frame]
-            assert numbers(opened, f"#viewer-caption-{side} data") == pytest.approx(here, abs=CLOSE)
+            assert numbers(opened, f"#viewer-caption-{side} data") == here[run]
+        assert numbers(opened) == [share for shares in here for share in shares]
         canvas.press("ArrowRight")
 
 
@@ -275,31 +210,28 @@ def test_lumps_have_the_colours_of_the_pictures(opened, shown, datasets):
     """At the end the same colours are there as in Python's pictures of the same frames."""
     data = shown[1]
     opened.select_option("#viewer-run-left", "1")
-    bonded = data["frames"][data["release"] :]
-    expected = colour_fragments(classify(datasets[1], frames=bonded).fragments)[-1]
+    expected = colour_fragments(classify(datasets[1], frames=released(data)))[-1]
     common = {
         name for name, count in zip(*np.unique(expected.astype(str), return_counts=True), strict=True) if count > 40
     }
     found = colours_in(opened, "left")
     assert {rgb(name) for name in common} <= found
     assert {rgb(SKY), rgb(FLOOR)} <= found
+    assert rgb(CRUSHED) in found
     unseen = set(LUMPS) - set(expected)
     assert not {rgb(name) for name in unseen} & found
 
 
-def test_damage_follows_the_threshold_and_legends_have_units(opened, shown):
-    """Where hardly any strain breaks a bond, nearly all snow is damaged; where much does not, none is."""
-    shades = shown[1]["colours"]["shades"]
-    opened.select_option("#viewer-colour", "damage")
-    put(opened, "strain", 0)
-    assert rgb(shades[-1]) in colours_in(opened, "right")
-    put(opened, "strain", 80)
-    assert rgb(shades[0]) in colours_in(opened, "left")
-    assert rgb(POWDER) not in colours_in(opened, "left")
-    for colour, unit in (("density", "kg cell⁻³"), ("J_P", "J_P"), ("damage", "part of")):
+def test_legends_name_states_and_units(opened, shown):
+    """The three states in words; a field's scale with its unit, in shades that are not those of states."""
+    assert opened.inner_text("#viewer-legend").split("\n")[0].startswith("lumps, a colour each")
+    assert all(word in opened.inner_text("#viewer-legend") for word in ("crushed", "loose"))
+    for colour, unit in (("density", "kg cell⁻³"), ("J_P", "J_P")):
         opened.select_option("#viewer-colour", colour)
         legend = opened.inner_text("#viewer-legend")
         assert unit in legend and len(re.findall(r"\d", legend)) >= 3
+        assert not {rgb(name) for name in (*LUMPS, CRUSHED, LOOSE)} & colours_in(opened, "left")
+        assert {rgb(name) for name in shown[1]["colours"]["shades"]} & colours_in(opened, "left")
 
 
 def test_one_picture_alone(opened):
@@ -330,7 +262,7 @@ def test_without_javascript_a_sentence_stands_there(browser, shown):
 def test_everybody_can_use_it(opened):
     """axe, which checks names, roles and contrast, finds nothing."""
     axe = pytest.importorskip("axe_playwright_python.sync_playwright")
-    for colour in ("fragment", "J_P"):
+    for colour in ("state", "J_P"):
         opened.select_option("#viewer-colour", colour)
         found = axe.Axe().run(opened)
         assert not found.response["violations"], found.generate_report()

@@ -15,8 +15,9 @@ from PIL import Image
 from snowrepro.cli import main
 from snowrepro.composition.compose import compose
 from snowrepro.report.drawing.colouring import COLOURINGS
-from snowrepro.report.drawing.common import LUMPS, SNOW
-from snowrepro.report.film.stage import TITLE, Stage
+from snowrepro.report.drawing.common import SNOW
+from snowrepro.report.drawing.states import LUMPS
+from snowrepro.report.film.stage import FOOT, TITLE, Stage
 from snowrepro.store.run import Run
 from tests.configs import carrying, changed
 from tests.conftest import SMALL
@@ -96,7 +97,7 @@ def test_a_gif_of_a_run(animate, stored):
         assert code == 0, said
     assert Path("a.gif").read_bytes() == Path("b.gif").read_bytes()
     assert seconds("a.gif") == pytest.approx(len(SHOWN) * 4 * FRAME, abs=0.01)
-    shown = pictures("a.gif")
+    shown = pictures("a.gif")[:, :-FOOT]  # without the legend
     assert len(shown) == len(SHOWN)
     left, right = shown[:, :, :200], shown[:, :, 200:]
     assert has(left[0], SNOW) and has(right[0], SNOW)

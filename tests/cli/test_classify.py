@@ -44,7 +44,8 @@ def other(tmp_path):
 
 def test_a_file_of_another_code(snowrepro, other, tmp_path):
     """Half of the snow is a lump; what was assumed is told; tables and ids are written."""
-    shown = snowrepro("classify", "other.nc", "--release", "0", "lump_cells=0", "--frames", "all", "--out", "found")
+    words = ["--release", "0", "lump_cells=0", "definition=bonds", "--frames", "all", "--out", "found"]
+    shown = snowrepro("classify", "other.nc", *words)
     assert shown.returncode == 0, shown.stderr
     assert "assumed: grid spacing" in shown.stderr
     measures = json.loads((tmp_path / "found/measures.json").read_text())
@@ -62,6 +63,19 @@ def test_a_file_of_another_code(snowrepro, other, tmp_path):
         assert float(found["broken_both"][-1]) > float(found["broken_both"][0]) == 0.0
 
 
+def test_the_three_states_over_a_cell_of_ones_own(snowrepro, other, tmp_path):
+    """The block that flew off is a lump; how much of the scattered one is loose depends on the cell that is given."""
+    shown = snowrepro("classify", "other.nc", "--release", "0", "--cell", "0.5", "lump_cells=0", "--out", "found")
+    assert shown.returncode == 0, shown.stderr
+    assert "assumed: a cell, " not in shown.stderr
+    measures = json.loads((tmp_path / "found/measures.json").read_text())
+    assert measures["lump_fraction"] == pytest.approx(0.5, abs=0.01)
+    assert measures["loose_fraction"] == pytest.approx(0.5, abs=0.01)
+    with xr.open_dataset(tmp_path / "found/fragments.nc") as found:
+        parts = [found[state][-1].values for state in ("lump", "crushed", "loose")]
+        assert np.sum(parts, axis=0) == pytest.approx(1.0)
+
+
 def test_settings_and_definitions(snowrepro, other):
     """By proximity the scattered half still hangs together."""
     shown = snowrepro("classify", "other.nc", "--release", "0", "definition=proximity", "proximity=2")
@@ -69,6 +83,15 @@ def test_settings_and_definitions(snowrepro, other):
     numbers = dict(line.split(maxsplit=1) for line in shown.stdout.splitlines())
     assert numbers["definition"] == "proximity"
     assert float(numbers["lump_fraction"]) > 0.8
+
+
+def test_a_setting_of_two_numbers(snowrepro, other, tmp_path):
+    """With or without brackets."""
+    for words in ("volume_change=0.1,0.3", "volume_change=[0.1,0.3]"):
+        shown = snowrepro("classify", "other.nc", "--release", "0", words, "--out", "found")
+        assert shown.returncode == 0, shown.stderr
+        measures = json.loads((tmp_path / "found/measures.json").read_text())
+        assert measures["analysis"]["volume_change"] == [0.1, 0.3]
 
 
 @pytest.mark.parametrize(
@@ -106,7 +129,7 @@ TIMES = 0.1 * np.arange(6)
 
 
 def write(path, dims=("time", "particle"), group="", names="xy", form="NETCDF4", timed=True, **attributes):
-    """The particles, time by particle: a lump that flies off with 20 a second, and powder."""
+    """The particles, time by particle: a lump that flies off with 20 a second, and loose ones."""
     with netCDF4.Dataset(path, "w", format=form) as file:
         node = file.createGroup(group) if group else file
         sizes = {dims[0]: 6, dims[1]: 200}

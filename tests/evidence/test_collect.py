@@ -62,7 +62,7 @@ def test_a_sweep_is_a_grid(swept, small_run):
     assert failed["run_id"] == run_at(plan, pressure=3000, sintering="none").id
     assert (grid["state"].sel(pressure=4000) == "pending").all()
     assert int(grid["lump_fraction"].notnull().sum()) == int(grid["settled"].notnull().sum()) == 1
-    assert failed["definition"] == "" and done["definition"] == "bonds"
+    assert failed["definition"] == "" and done["definition"] == "strain"
     assert grid.attrs["missing"].startswith("3 of 4 runs: ")
     assert f"{failed['run_id'].item()} (failed: it blew up)" in grid.attrs["missing"]
     assert grid.attrs["sweep"] == record.name_sweep(plan.overrides) and "fidelity=preview" in grid.attrs["overrides"]

@@ -62,8 +62,8 @@ def test_damage_is_what_broke(small_run, small_config):
     """It never heals; over all particles, weighted by their bonds, it is the part of the bonds that broke."""
     frames = small_run["snapshot"].values.tolist()
     paint = colour_by_damage(small_run, Run(small_config), frames)
-    found = classify(small_run)
-    laid = np.bincount(found.bonds.pairs.ravel(), minlength=small_run.sizes["particle"])
+    found = classify(small_run, definition="damage")
+    laid = np.bincount(found.state.bonds.pairs.ravel(), minlength=small_run.sizes["particle"])
     assert (np.diff(paint.values, axis=0) >= 0).all()
     mean = np.average(paint.values, axis=1, weights=laid)
     released = [frame >= 20 for frame in frames]
@@ -76,7 +76,10 @@ def test_damage_is_what_broke(small_run, small_config):
 def test_fragments_from_the_release_on(small_run, small_config):
     """Before, the snow is one; from then on the note says how much is in lumps."""
     paint = colour_by_fragment(small_run, Run(small_config), [16, 20, 60])
-    assert paint.notes == [PRESSED, "in lumps 1.00", f"in lumps {classify(small_run).lump_fraction:.2f}"]
+    last = classify(small_run).last
+    shares = f"lump {last.lump_fraction:.2f}, crushed {last.crushed_fraction:.2f}, loose {last.loose_fraction:.2f}"
+    assert paint.notes == [PRESSED, "lump 1.00, crushed 0.00, loose 0.00", shares]
+    assert paint.is_of_states
     assert set(paint.values[0]) == {0}
     assert 0 not in paint.values[1:]
     assert make_scale([paint]) is None

@@ -3,16 +3,21 @@
 import hashlib
 import json
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.image import imread
 
+from snowrepro.composition.compose import compose
+from snowrepro.evidence.claims import JudgedScene, judge_claims
 from snowrepro.evidence.gather import gather_evidence
 from snowrepro.report.figures.strip import Row
 from snowrepro.report.sections.claims import format_for_screen
+from snowrepro.report.sections.witness import describe_bodies
 from snowrepro.store.run import Run
+from snowrepro.summary.row import ARM
 from snowrepro.sweep.plan import make_claims_plan, make_plan
 from tests.report.reports import fill, paper_like, reported
 
@@ -35,6 +40,27 @@ def judged(tmp_path, monkeypatch):
         return report, json.loads((report.evidence.folder / "claims.json").read_text())
 
     return judge
+
+
+def test_an_eye_is_asked_where_a_claim_speaks_of_powder():
+    """Runs that look whole are counted, of claims that agree; snow that came apart, or is seen in pieces, is not."""
+    claims = compose().question.claims.list
+    rows = [
+        (*numbers, seed)
+        for numbers in (
+            ("sintered", 340, 0.2, 0.5, 0.1), ("sintered", 3300, 0.8, 1.0, 0.0),
+            ("unsintered", 340, 0.0, 1.0, 0.0), ("unsintered", 3300, 0.1, 0.99, 0.2),
+        )
+        for seed in range(3)
+    ]  # fmt: skip
+    table = pd.DataFrame(rows, columns=[ARM, "pressure", "lump_fraction", "largest_seen", "loose_fraction", "seed"])
+    scene = JudgedScene("ball", "L", table, False, judge_claims(compose().question.claims, table, False, []))
+    told = "**C4**: an eye sees one body in 3 of 6 of these runs: crushed, not come apart."
+    assert describe_bodies([scene], claims) == [told]
+    assert describe_bodies([replace(scene, table=table.drop(columns="largest_seen"))], claims) == []
+    more = table.assign(lump_fraction=0.7)
+    judged_so = judge_claims(compose().question.claims, more, False, [])
+    assert describe_bodies([replace(scene, table=more, verdicts=judged_so)], claims) == []
 
 
 def test_one_scene_on_disk(judged, tmp_path):

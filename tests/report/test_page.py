@@ -12,7 +12,8 @@ from snowrepro.evidence.claims import JudgedScene
 from snowrepro.evidence.gather import Evidence
 from snowrepro.evidence.hardness import pair_falls_with_tests
 from snowrepro.report.document import Table
-from snowrepro.report.drawing.common import DPI, LEAST_LETTERS, LUMPS, PAGE, POWDER, colour_fragments
+from snowrepro.report.drawing.common import DPI, LEAST_LETTERS, PAGE
+from snowrepro.report.drawing.states import CRUSHED, LOOSE, LUMPS, colour_fragments
 from snowrepro.report.figures import convergence, grid
 from snowrepro.report.page.lead import list_changed_settings
 from snowrepro.run import simulate
@@ -64,8 +65,18 @@ def test_report_shows_runs_and_what_is_missing(stored):
     for name in ("strip.png", "fragments.png"):
         pixels = imread(report.evidence.folder / name)[..., :3]
         assert (np.abs(pixels - [0x30 / 255, 0x7A / 255, 0x78 / 255]).max(axis=-1) < 0.01).mean() > 0.02  # the floor
-    assert {"survival.png", "bonds.png"} <= {path.name for path in report.evidence.folder.iterdir()}
+    assert {"survival.png", "states.png", "states.csv"} <= {path.name for path in report.evidence.folder.iterdir()}
     assert "Not scanned: runs are missing" in page
+
+
+def test_the_three_states_over_time(stored):
+    """From the release on, on clusters: whole at first, and at the end nearly what the particles say."""
+    folder = reported(stored).evidence.folder
+    course, row = pd.read_csv(folder / "states.csv"), pd.read_csv(folder / "summary.csv").iloc[0]
+    assert course[["lump", "crushed", "loose"]].sum(axis=1).to_numpy() == pytest.approx(1.0, abs=2e-4)
+    assert (course["time"].iloc[0], course["lump"].iloc[0]) == (0.0, pytest.approx(1.0, abs=0.005))
+    assert course["lump"].iloc[-1] == pytest.approx(row["lump_fraction"], abs=0.03)
+    assert course["broken"].iloc[-1] == pytest.approx(row["broken_bonds"], abs=1e-4)
 
 
 def test_letters_are_legible(stored, monkeypatch):
@@ -92,21 +103,21 @@ def test_same_store_same_bytes(stored):
 
 
 def test_lumps_keep_the_colour_of_their_ancestor():
-    """One lump splits in two, which lose powder and change places in the order of mass: the heir keeps the colour."""
+    """One lump splits in two, which crumble and change places in the order of mass: the heir keeps the colour."""
     x = ball("preview")
     right, rim = x[:, 0] > -3, np.abs(x[:, 1]) > 12
     split = x + right[:, None] * [20.0, 0.0]
     worn = split + (right & rim)[:, None] * np.random.default_rng(0).uniform(-9, 9, x.shape)
-    found = classified(x, split, worn, fidelity="preview", frames="all").fragments
-    assert [f.lumps for f in found] == [1, 2, 2]
+    found = classified(x, split, worn, fidelity="preview", frames="all")
+    assert [f.lumps for f in found.fragments] == [1, 2, 2]
     whole, halves, after = colour_fragments(found)
     assert set(whole) == {LUMPS[0]}
     core = np.abs(x[:, 1]) < 8
     for colours in (halves, after):
         assert (colours[right & core & (x[:, 0] > 2)] == LUMPS[0]).all()
         assert (colours[~right & core & (x[:, 0] < -8)] == LUMPS[1]).all()
-    assert (after[right & rim] == POWDER).mean() > 0.9
-    assert found[2].label[~right & core & (x[:, 0] < -8)].max() == 0, "the other half is now the heavier one"
+    assert np.isin(after[right & rim], [CRUSHED, LOOSE]).mean() > 0.9
+    assert found.last.label[~right & core & (x[:, 0] < -8)].max() == 0, "the other half is now the heavier one"
 
 
 @pytest.mark.parametrize(

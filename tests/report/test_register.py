@@ -113,7 +113,7 @@ def test_several_alternatives_are_told_apart_and_the_untried_named():
         "`shell`: **loses C2 C2-loose**; lumps +0.35 beyond the seeds at 340. `two"
     )
     assert row_of("Bound of density", shell)["alternatives tried"] == "not tried"
-    assert row_of("Definition of a lump", shell)["alternatives tried"].startswith("892 definitions")
+    assert row_of("Definition of a lump", shell)["alternatives tried"].startswith("five rules")
     for choice in ("How often the laws act", "Eq. 9 has no time step"):
         assert row_of(choice, often)["what they do to Figure 5"].startswith("keeps")
     sentence = register.make_blocks(Comparison([*SEEDS, shell, sides, often]), BASE)[0]

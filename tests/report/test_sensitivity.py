@@ -30,14 +30,30 @@ def test_three_pressures_that_would_do(values, expected):
 
 def test_exceptions_are_single_changes():
     """Only definitions one choice away from the one used are named, with what they lose."""
-    base = dict(zip(CHOICES, ("bonds", "both", 0.3, 0.3333, 1.5, 0.01), strict=True))
-    rows = [base, {**base, "break_strain": 0.5}, {**base, "break_strain": 0.5, "core_fraction": 0.5}]
-    rows += [{**base, "definition": "grid", "break_by": "", "break_strain": np.nan, "core_fraction": np.nan}]
+    nothing = dict.fromkeys(CHOICES, np.nan) | {"break_by": "", "lump_mass": 0.01}
+    strain = {**nothing, "definition": "strain", "strain_radius": 2.5, "part_stretch": 1.5, "half_change": 0.35}
+    bonds = {**nothing, "definition": "bonds", "break_by": "both", "break_strain": 0.3, "link_length": 1.5}
+    rows = [strain, {**strain, "half_change": 0.45}, {**strain, "half_change": 0.45, "strain_radius": 1.5}]
+    rows += [{**bonds, "core_fraction": core} for core in (0.3333, 0.5)] + [{**nothing, "definition": "grid"}]
     choices = pd.DataFrame(rows)
-    holds = pd.DataFrame({"C1": [True, True, False, False], "C2": [True, False, False, True]})
-    assert sensitivity._find_usual(choices, Run(compose())) == 0
-    told = sensitivity._list_exceptions(choices, holds, 0)
-    assert told[1].splitlines() == ["- break strain 0.5: C2", "- grid: C1"]
+    holds = pd.DataFrame({"C1": [True, True, False, True, False, False], "C2": [True, False, False, False, True, True]})
+    analysis = compose().question.analysis
+    by_bonds = analysis.model_copy(update={"definition": "bonds"})
+    assert [sensitivity.find_usual(choices, one) for one in (analysis, by_bonds)] == [0, 3]
+    told = sensitivity.list_exceptions(choices, holds, analysis)
+    assert told[1].splitlines() == ["- half change of volume 0.45: C2", "- the rule bonds: C2", "- the rule grid: C1"]
+    assert sensitivity.list_exceptions(choices, holds, by_bonds)[1].splitlines()[0] == "- core rule 0.5: C1"
+
+
+def test_rules_are_counted_apart():
+    """How many settings each has, and which is the one used; each is as wide in the picture."""
+    choices = pd.DataFrame({"definition": ["strain"] * 3 + ["bonds"] * 8 + ["grid", "damage"]})
+    told = sensitivity.describe_rules(choices, compose().question.analysis)
+    assert told.startswith("4 rules") and "strain (3, the rule used here), bonds (8), grid (1), damage (1)" in told
+    places, groups = sensitivity._place_settings(choices, np.arange(13.0)[::-1])
+    assert {name: len(rows) for name, rows in groups.items()} == {"strain": 3, "bonds": 8, "other rules": 2}
+    assert places[:3].tolist() == pytest.approx([5 / 6, 1 / 2, 1 / 6])
+    assert 1 < places[3:11].min() < places[3:11].max() < 2 < places[11:].min()
 
 
 @pytest.mark.nightly
@@ -54,14 +70,19 @@ def test_the_scan_in_the_report(small_run, tmp_path):
         run.save(small_run, wall_seconds=2.0, seconds_per_frame=0.01)
     report = reported(runs, ["experiment=fig5"])
     table = pd.read_csv(report.evidence.folder / "sensitivity.csv")
-    assert len(table) == 892
+    assert table["definition"].value_counts().to_dict() == {
+        "bonds": 864, "strain": 100, "proximity": 12, "damage": 12, "grid": 4,
+    }  # fmt: skip
     assert not table[["C1", "C5"]].to_numpy().any()
     assert (table["C2"] != table["C3"]).mean() > 0.99
     assert (table["C2"] == table["C4"]).all()
     assert (table["sintered 2000"] == table["unsintered 3000"]).all()
     assert table["sintered 2000"].nunique() > 10
     page = (report.evidence.folder / "index.md").read_text()
-    assert "| all |  | 892 | 0 % |" in page
+    assert "| bonds | all |  | 864 | 0 % |" in page and "| strain | all |  | 100 | 0 % |" in page
+    assert "5 rules" in page and "strain (100, the rule used here)" in page
+    curves = pd.read_csv(report.evidence.folder / "strains.csv", index_col="half_change")
+    assert (curves.diff().dropna() >= -1e-9).all(axis=None) and curves.iloc[0].max() < curves.iloc[-1].min()
     assert {"specification.png", "strains.png"} <= {path.name for path in report.evidence.folder.iterdir()}
 
 

@@ -16,7 +16,7 @@ def test_frames_that_are_not_there_are_refused(small_run):
 def test_settings_travel_with_the_run_and_can_be_changed(small_run, small_config):
     """A run says of itself how it is to be classified; a wrong name lists the right ones."""
     assert classify(small_run, frames=[20]).analysis == small_config.question.analysis
-    assert classify(small_run, frames=[20]).last.largest == 1.0
+    assert classify(small_run, frames=[20]).last.largest > 0.999
     assert classify(small_run, frames=[20], definition="grid").analysis.definition == "grid"
     with pytest.raises(ConfigError, match=r"no setting 'brake_strain'.*break_strain"):
         classify(small_run, brake_strain=0.2)

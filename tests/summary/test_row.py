@@ -79,7 +79,7 @@ def test_a_row_is_worked_out_again_where_it_could_be_another(stored, measured, m
     for same in ({"threads": 1, "checkpoint_seconds": 5.0}, {"rerun": ["code"], "reports": "elsewhere"}):
         assert read_row(Run(changed(stored.config, **same)))["lump_fraction"] == lumps
     assert len(measured) == 1
-    analysis = stored.config.question.analysis.model_copy(update={"break_strain": 0.05})
+    analysis = stored.config.question.analysis.model_copy(update={"volume_change": (0.05, 0.1)})
     assert read_row(Run(changed(stored.config, analysis=analysis)))["lump_fraction"] < lumps
     assert len(measured) == 2
     assert read_row(stored)["lump_fraction"] == lumps, "only the last is kept"

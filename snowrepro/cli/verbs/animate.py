@@ -22,7 +22,7 @@ experiment; or overrides as for 'snowrepro run' name all runs.  Several are show
 says what its run differs in, and one whose run has no result says why.
 
   snow        as the paper draws it
-  fragment    lumps in colours, powder in grey, and the part of the mass in lumps
+  fragment    each lump in a colour, crushed snow dark, loose snow sand, and the part of the mass in each
   density     density of Eq. 2
   J_P         plastic volume ratio
   damage      part of each particle's bonds that broke

@@ -1,9 +1,7 @@
-"""``snowrepro classify``: lumps and powder of a run, or of any particles over time."""
+"""``snowrepro classify``: lumps, crushed and loose snow of a run, or of any particles over time."""
 
 import argparse
 import contextlib
-import json
-import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -37,7 +35,6 @@ NAMED = {
     "--particle-dimension": "dimension along which the particles are",
     "--group": "group of the file that has them",
 }
-PAIR = re.compile(r"\[\s*\d+(\.\d+)?\s*,\s*\d+(\.\d+)?\s*\]")  # of numbers
 NAMES = ("position", "velocity", "mass", "time", "time_dimension", "particle_dimension")
 
 
@@ -50,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     complete_by(overrides, candidates.list_analysis_settings)
     add_store(parser)
-    parser.add_argument("--release", type=int, metavar="FRAME", help="when bonds are laid, if the file does not say")
+    parser.add_argument("--release", type=int, metavar="FRAME", help="when the snow is whole, if the file does not say")
     parser.add_argument("--grid-spacing", type=float, metavar="LENGTH", help="likewise; default: from the particles")
     parser.add_argument("--cell", type=float, metavar="LENGTH", help="likewise: over which strain is measured")
     parser.add_argument("--cell-mass", type=float, metavar="MASS", help="likewise: of unpressed snow in a cell")
@@ -66,7 +63,8 @@ def execute(options: argparse.Namespace) -> ExitCode:
         files.require_writable(options.out)
     settings = _read_settings(options.overrides)
     named = _read_names(options)
-    needs_fragments = options.out or options.frames == "all" or (options.release, options.grid_spacing) != (None, None)
+    lengths = {name: getattr(options, name) for name in ("release", "grid_spacing", "cell", "cell_mass")}
+    needs_fragments = options.out or options.frames == "all" or any(value is not None for value in lengths.values())
     with _naming(options.data), store_run.open_particles(options.data, options.store, options.group) as dataset:
         if not (needs_fragments or named) and classify.is_whole_run(dataset):
             analysis = classify.change_settings(classify.read_analysis(dataset), settings)
@@ -75,10 +73,7 @@ def execute(options: argparse.Namespace) -> ExitCode:
         classified = classify.classify(
             dataset,
             frames="all" if options.frames == "all" else None,
-            release=options.release,
-            grid_spacing=options.grid_spacing,
-            cell_mass=options.cell_mass,
-            cell=options.cell,
+            **lengths,
             **named,
             **settings,
         )
@@ -112,9 +107,9 @@ def _naming(data: str) -> Iterator[None]:
 
 
 def _read_settings(words: Sequence[str]) -> dict[str, Any]:
-    """Names and values of ``name=value``.  Raises ConfigError."""
+    """Names and values of ``name=value``, several values with commas between.  Raises ConfigError."""
     for word in words:
         if "=" not in word:
             raise ConfigError(f"'{word}' is not a setting: write name=value, for example break_strain=0.2")
-    given = dict(word.split("=", 1) for word in words)
-    return {name: json.loads(value) if PAIR.fullmatch(value) else value for name, value in given.items()}
+    settings = dict(word.split("=", 1) for word in words)
+    return {name: value.strip("[]").split(",") if "," in value else value for name, value in settings.items()}

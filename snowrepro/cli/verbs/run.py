@@ -2,6 +2,7 @@
 
 import argparse
 
+from ...analysis import states
 from ...errors import ExitCode
 from ...report.figures import kinds
 from ...store import files
@@ -86,6 +87,6 @@ def _print_line(run: "store_run.Run") -> None:
     finding = (
         f"hardness {numbers['hardness']:.4g} {unit}"
         if run.case.indenter
-        else f"mass in lumps {numbers['lump_fraction']:.3f}"
+        else ", ".join(f"{state} {numbers[f'{state}_fraction']:.3f}" for state in states.STATES)
     )
     screen.show(f"{numbers['run_id']}: {finding}")

@@ -10,13 +10,15 @@ from matplotlib.colors import Normalize, to_rgba_array
 
 from ...analysis.bonds import Extremes
 from ...analysis.definitions import count_bonds
+from ...analysis.fragments import Fragments
 from ...analysis.lumps import Classification
 from ...quantities import add_unit, format_unit
 from ...store.run import Run
 from ...summary.classify import classify
-from .common import LUMPS, POWDER, SNOW, colour_fragments
+from .common import SNOW
+from .states import CRUSHED, LOOSE, LUMPS, colour_fragments
 
-PALETTE = (SNOW, POWDER, *LUMPS)  # what indices stand for
+PALETTE = (SNOW, CRUSHED, LOOSE, *LUMPS)  # what indices stand for
 OUTLIERS = (1, 99)  # percentiles between which a field is told apart
 PRESSED = "pressed"
 
@@ -27,13 +29,14 @@ class Colouring:
 
     ``values`` (state, particle): indices of PALETTE, or values of a field; ``notes`` (state,): words for each state;
     ``field``: name and unit of the field, empty without one; ``limits``: the values between which the field's colours
-    run, if they are fixed.
+    run, if they are fixed; ``is_of_states``: whether colours tell lumps, crushed and loose snow apart.
     """
 
     values: np.ndarray
     notes: list[str]
     field: str = ""
     limits: tuple[float, float] | None = None
+    is_of_states: bool = False
 
 
 @dataclass(frozen=True)
@@ -73,21 +76,30 @@ def colour_as_snow(dataset: xr.Dataset, _run: Run, frames: Sequence[int]) -> Col
 
 
 def colour_by_fragment(dataset: xr.Dataset, run: Run, frames: Sequence[int]) -> Colouring:
-    """Colour lumps, of which two may share a colour, and give powder grey.
-
-    Before the release all particles have the colour of snow.
-    """
+    """Give each lump a colour, crushed and loose snow theirs; before the release all particles are snow."""
     classified = classify(dataset, run.config.question.analysis, frames="all")
+    shares = {f.frame: describe_shares(f) for f in classified.fragments}
+    notes = [shares.get(frame, PRESSED) for frame in frames]
+    return Colouring(index_colours(classified, frames), notes, is_of_states=True)
+
+
+def index_colours(classified: Classification, frames: Sequence[int]) -> np.ndarray:
+    """Choose the colours of a run's particles as ``colour_fragments`` does: indices of PALETTE, (frames, n) uint8.
+
+    In frames that are not classified, those before the release, all are snow.
+    """
     index_of = {colour: index for index, colour in enumerate(PALETTE)}
     indices = {
-        f.frame: np.array([index_of[colour] for colour in colours], dtype=np.uint8)
-        for f, colours in zip(classified.fragments, colour_fragments(classified.fragments), strict=True)
+        fragments.frame: np.array([index_of[colour] for colour in colours], dtype=np.uint8)
+        for fragments, colours in zip(classified.fragments, colour_fragments(classified), strict=True)
     }
-    snow = np.zeros(dataset.sizes["particle"], dtype=np.uint8)
-    lumps = {f.frame: f"in lumps {f.lump_fraction:.2f}" for f in classified.fragments}
-    return Colouring(
-        np.stack([indices.get(frame, snow) for frame in frames]), [lumps.get(frame, PRESSED) for frame in frames]
-    )
+    snow = np.zeros(len(classified.last.label), dtype=np.uint8)
+    return np.stack([indices.get(frame, snow) for frame in frames])
+
+
+def describe_shares(fragments: Fragments) -> str:
+    """Say which part of the mass is in each state, in a few words."""
+    return ", ".join(f"{state} {share:.2f}" for state, share in fragments.shares.items())
 
 
 def colour_by_density(dataset: xr.Dataset, _run: Run, frames: Sequence[int]) -> Colouring:

@@ -19,7 +19,8 @@ SHORT = {
     "pressure": "nominal pressure",
     "sintering": "sintering",
     "lump_fraction": "mass in lumps",
-    "powder_fraction": "mass in powder",
+    "crushed_fraction": "crushed mass",
+    "loose_fraction": "loose mass",
     "largest_fragment": "mass in the heaviest fragment",
     "broken_bonds": "broken bonds",
     "density_at_release": "density at release",
@@ -27,7 +28,7 @@ SHORT = {
     "indentation_work": "work of indentation",
 }
 WIDTH = 100  # of a line of names
-FALL_MEASURES = ("lump_fraction", "largest_fragment", "broken_bonds", "density_at_release")
+FALL_MEASURES = ("lump_fraction", "crushed_fraction", "loose_fraction", "largest_fragment", "density_at_release")
 TEST_MEASURES = ("hardness", "indentation_work")
 
 

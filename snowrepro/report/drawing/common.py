@@ -1,6 +1,6 @@
-"""What all pictures share: colours, the background of a scene, particles, fragments."""
+"""What all pictures share: colours, the background of a scene, particles."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Curve
 
-from ...analysis.fragments import Fragments
+from ...analysis.eye import COVER
 from ...scene.build import domain
 from ...scene.outline import polylines
 from ...settings.case import Outline
@@ -20,15 +20,10 @@ from ...store.run import Run
 
 # The paper's solver draws in these colours (legacy Taichi).
 SKY, FLOOR, SNOW = "#668e93", "#307a78", "#f0f0ff"
-LUMPS = ("#E69F00", "#56B4E9", "#F0E442", "#D55E00", "#CC79A7")  # Okabe-Ito without green and blue
-POWDER = "#c3cacf"
-# What captions say of them.
-LUMP_COLOURS = f"lumps in {len(LUMPS)} colours, powder grey. A lump keeps its colour; two lumps may share one."
 SINTERED, UNSINTERED = "#D55E00", "#555555"  # of curves
 DPI = 110
 PAGE = 1020  # pixels that a report's page gives a picture on a screen of 1280
 LEAST_LETTERS = 11  # pixels, the size of the smallest letters on such a page
-COVER = 1.45  # diameter of a particle [lattice spacings]
 
 
 @contextmanager
@@ -43,32 +38,6 @@ def get_panel_size(run: Run) -> tuple[float, float]:
     """Return width and height of the area that a panel shows [length units]."""
     width, height = domain(run.case)
     return width * run.case.reading.cell, height * run.case.reading.cell
-
-
-def colour_fragments(history: Sequence[Fragments]) -> list[np.ndarray]:
-    """Choose a colour for each particle in each frame; returns one array (n,) of colours for each frame.
-
-    A lump keeps the colour that its id had before; powder is grey.  A new lump gets the colour that covers the least
-    mass.
-    """
-    colour_of_lump: dict[int, str] = {}
-    colours_by_frame = []
-    for fragments in history:
-        lumps = list(
-            zip(fragments.id[fragments.is_lump].tolist(), fragments.mass[fragments.is_lump].tolist(), strict=True)
-        )  # heaviest first
-        mass_in_colour = dict.fromkeys(LUMPS, 0.0)
-        for lump, mass in lumps:
-            if lump in colour_of_lump:
-                mass_in_colour[colour_of_lump[lump]] += mass
-        for lump, mass in lumps:
-            if lump not in colour_of_lump:
-                colour_of_lump[lump] = min(LUMPS, key=mass_in_colour.__getitem__)
-                mass_in_colour[colour_of_lump[lump]] += mass
-        colours = np.full(len(fragments.mass), POWDER, dtype=object)
-        colours[fragments.is_lump] = [colour_of_lump[lump] for lump, _ in lumps]
-        colours_by_frame.append(colours[fragments.label])
-    return colours_by_frame
 
 
 def draw_background(ax: Axes, run: Run) -> None:

@@ -36,8 +36,9 @@ FORMATS = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDa
 SAVED: dict[Any, Any] = {"svg.hashsalt": "snowrepro", "pdf.fonttype": 42}
 # Columns that are parts of a whole, whose axis shows all of it.
 PARTS = frozenset(
-    ("lump_fraction", "powder_fraction", "vanished", "largest_fragment", "median_mass", "joined_chance", "broken_bonds",
-     "second_moment", "lumps_by_bonds", "lumps_by_proximity", "lumps_by_grid", "lumps_by_damage")
+    ("lump_fraction", "crushed_fraction", "loose_fraction", "powder_fraction", "vanished", "largest_fragment",
+     "median_mass", "joined_chance", "broken_bonds", "second_moment", "lumps_by_strain", "lumps_by_bonds",
+     "lumps_by_proximity", "lumps_by_grid", "lumps_by_damage", "largest_seen")
 )  # fmt: skip
 
 

@@ -40,8 +40,8 @@ def report(evidence: Evidence) -> FigureContent:
         "convergence.png",
         "Mass in lumps at the three pressures, a line for each variant, beside the range over the seeds.",
         "Dots: mass in lumps with sintering, a colour for each pressure; crosses: the most of any pressure without "
-        "sintering. Bands: the range over the seeds, that is over the particles' random places alone. The line at "
-        "one half is where lumps become more than powder. First row: the run as everywhere else in these reports.",
+        "sintering. Bands: the range over the seeds, that is over the particles' random places alone. The line is "
+        "at one half, half of the mass is in lumps. First row: the run as everywhere else in these reports.",
         data="convergence.csv",
     )
     blocks: list[Block] = [

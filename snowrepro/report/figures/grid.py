@@ -17,7 +17,8 @@ from ...summary.classify import classify
 from ...summary.row import ARM
 from ...text import make_cells
 from ..document import Block, FigureContent, Heading, Picture, Table, escape
-from ..drawing.common import choose_font, colour_fragments, draw_background, draw_snow, get_panel_size, save_figure
+from ..drawing.common import choose_font, draw_background, draw_snow, get_panel_size, save_figure
+from ..drawing.states import FOOT, add_state_legend, colour_fragments
 from ..sections import claims as claims_section
 from ..sections.response import list_disagreements
 from .kinds import FigureKind
@@ -123,7 +124,7 @@ def _draw_sheets(evidence: Evidence) -> list[Picture]:
                 name,
                 f"Last frame of every {arm} scene at pressure {pressure:g}: a row a shape, a column a floor.",
                 f"Last frame, {arm}, pressure {pressure:g} {evidence.pressure_unit}, seed {evidence.seeds[0]}: "
-                "lumps in colours, powder in grey.",
+                "each lump in a colour, crushed snow dark, loose snow the colour of sand.",
                 data="summary.csv",
             )
             pictures.append(picture)
@@ -131,7 +132,7 @@ def _draw_sheets(evidence: Evidence) -> list[Picture]:
 
 
 def _draw_sheet(runs: Sequence[Run], evidence: Evidence, name: str) -> None:
-    """Draw the last frames of ``runs`` by fragment: a row for each shape, a column for each floor.
+    """Draw the last frames of ``runs`` by what became of the snow: a row for each shape, a column for each floor.
 
     The highest scene of a row sets its height.
     """
@@ -140,7 +141,7 @@ def _draw_sheet(runs: Sequence[Run], evidence: Evidence, name: str) -> None:
         max(get_panel_size(run)[1] / get_panel_size(run)[0] for run in runs if run.case.shape.name == shape)
         for shape in shapes
     ]
-    size = (PANEL * len(floors) + 0.4, PANEL * sum(heights) + 0.4)
+    size = (PANEL * len(floors) + 0.4, PANEL * sum(heights) + 0.4 + FOOT)
     figure = Figure(figsize=size, layout="constrained")
     grid = figure.subplots(len(shapes), len(floors), squeeze=False, gridspec_kw={"height_ratios": heights})
     for run in runs:
@@ -151,13 +152,14 @@ def _draw_sheet(runs: Sequence[Run], evidence: Evidence, name: str) -> None:
             ax.text(0.5, 0.5, "missing", transform=ax.transAxes, ha="center", color="white")
             continue
         with run.open() as dataset:
-            colours = colour_fragments(classify(dataset, run.config.question.analysis).fragments)[0]
+            colours = colour_fragments(classify(dataset, run.config.question.analysis))[0]
             places = dataset["position"][-1].values
         draw_snow(ax, run, places, PANEL * 72 / get_panel_size(run)[0], colours)
     for floor, ax in zip(floors, grid[0], strict=True):
         ax.set_title(floor, fontsize=choose_font(size[0]))
     for shape, ax in zip(shapes, grid[:, 0], strict=True):
         ax.set_ylabel(shape, fontsize=choose_font(size[0]))
+    add_state_legend(figure, choose_font(size[0]), loc="outside lower center")
     save_figure(figure, evidence.folder / name)
 
 

@@ -9,6 +9,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
+from ...analysis.states import STATES
 from ...evidence import claims
 from ...evidence.gather import Evidence, sort_as_in_paper
 from ...quantities import PRESSURE, format_powers
@@ -17,23 +18,22 @@ from ...summary.classify import classify
 from ...text import make_cells
 from ..document import FigureContent, Picture, escape
 from ..drawing.common import (
-    LUMP_COLOURS,
     SNOW,
     choose_font,
-    colour_fragments,
     draw_background,
     draw_snow,
     format_column_title,
     get_panel_size,
     save_figure,
 )
+from ..drawing.states import FOOT, add_state_legend, colour_fragments
 from ..sections import broken, specification
 from ..sections import claims as claims_section
 from .kinds import FigureKind
 
 PANEL = 2.3  # width of a panel [inches]
 # Of the picture for a narrow screen, which halves it [inches, points].
-NARROW, NARROW_HEAD, NARROW_LETTERS = 6.6, 0.35, 15
+NARROW, NARROW_HEAD, NARROW_LETTERS = 6.6, 0.62, 15
 MARGIN, HEAD = 1.6, 0.55  # beside the panels, for the names of rows, and above them [inches]
 NAMED = "pressure "  # before the number of a row, in the file alone
 
@@ -43,7 +43,8 @@ class Row:
     """One row of a strip, with dictionaries by frame.
 
     ``places``: of its particles (n, 2) [length units], empty if the run is missing; ``colours``: of each particle by
-    its fragment (n,), from the release on; ``measures``: mass in lumps and their number, from the release on.
+    its state and fragment (n,), from the release on; ``measures``: part of the mass in each state, and the number of
+    lumps, likewise.
     """
 
     label: str
@@ -53,7 +54,7 @@ class Row:
 
 
 def report(evidence: Evidence) -> FigureContent:
-    """Draw the paper's figure, once in its colours and once by fragment.
+    """Draw the paper's figure, once in its colours and once by what became of the snow.
 
     The section also has the verdicts on the claims, what broke, and whether verdicts depend on what a lump is.
     """
@@ -94,8 +95,9 @@ def _make_pictures(evidence: Evidence) -> list[Picture]:
     )
     fragments = Picture(
         "fragments.png",
-        "The same, coloured by fragment: lumps in colours, powder in grey.",
-        f"The same runs and frames by fragment, from release on: {LUMP_COLOURS}",
+        "The same by what became of the snow: each lump in a colour, crushed snow dark, loose snow like sand.",
+        "The same runs and frames by what became of the snow, from the release on: each lump has a colour and keeps "
+        "it, crushed snow is dark, loose snow the colour of sand. A particle has the colour of its largest part.",
         data="strip.csv",
         is_end_first=True,
     )
@@ -117,18 +119,19 @@ def _write_panels(rows: Sequence[Row], path: Path) -> None:
 def draw_strip(rows: Sequence[Row], frames: Sequence[int], run: Run, path: Path, by_fragment: bool) -> None:
     """Draw rows of runs over columns of frames.
 
-    ``run``: any of the runs, which all have the same scene; ``by_fragment``: whether lumps have colours, or all snow
-    the paper's.
+    ``run``: any of the runs, which all have the same scene; ``by_fragment``: whether lumps, crushed and loose snow have
+    colours, and a legend, or all snow the paper's.
     """
     width, height = get_panel_size(run)
-    figure = Figure(figsize=(PANEL * len(frames) + MARGIN, PANEL * height / width * len(rows) + HEAD))
+    foot = FOOT * by_fragment
+    figure = Figure(figsize=(PANEL * len(frames) + MARGIN, PANEL * height / width * len(rows) + HEAD + foot))
     figure.set_facecolor("white")
     letters = choose_font(figure.get_figwidth())
     grid = figure.subplots(len(rows), len(frames), squeeze=False)
     figure.subplots_adjust(
         left=MARGIN / figure.get_figwidth(),
         right=0.998,
-        bottom=0.004,
+        bottom=0.004 + foot / figure.get_figheight(),
         top=1 - HEAD / figure.get_figheight(),
         wspace=0.02,
         hspace=0.03,
@@ -148,17 +151,19 @@ def draw_strip(rows: Sequence[Row], frames: Sequence[int], run: Run, path: Path,
         )
     for frame, ax in zip(frames, grid[0], strict=True):
         ax.set_title(format_column_title(frame, run), fontsize=letters)
+    if by_fragment:
+        add_state_legend(figure, letters, loc="lower center")
     save_figure(figure, path)
 
 
 def draw_narrow_strip(rows: Sequence[Row], frame: int, run: Run, path: Path) -> None:
-    """Draw one frame of each run large, for a narrow screen: in the paper's colours, and beside it by fragment.
+    """Draw one frame of each run large, for a narrow screen: in the paper's colours, and beside it by state.
 
     ``run``: any of the runs, which all have the same scene.
     """
     width, height = get_panel_size(run)
     engine = ConstrainedLayoutEngine(w_pad=0.02, h_pad=0.02, wspace=0.0, hspace=0.0)
-    figure = Figure(figsize=(NARROW, len(rows) * (NARROW / 2 * height / width + NARROW_HEAD)), layout=engine)
+    figure = Figure(figsize=(NARROW, len(rows) * (NARROW / 2 * height / width + NARROW_HEAD) + FOOT), layout=engine)
     unit = format_powers(PRESSURE, [run.case.reading.length_unit])
     for row, axes in zip(rows, figure.subplots(len(rows), 2, squeeze=False), strict=True):
         for ax, colours in zip(axes, ({}, row.colours), strict=True):
@@ -170,10 +175,10 @@ def draw_narrow_strip(rows: Sequence[Row], frame: int, run: Run, path: Path) -> 
                     0.5, 0.5, "missing", transform=ax.transAxes, ha="center", color="white", fontsize=NARROW_LETTERS
                 )
         name = row.label.removeprefix(NAMED).replace("\n", f" {unit}, ")
-        axes[0].set_title(name, fontsize=NARROW_LETTERS, loc="left")
-        if frame in row.measures:
-            share = f"{row.measures[frame]['mass_in_lumps']:.2f} in lumps"
-            axes[1].set_title(share, fontsize=NARROW_LETTERS, loc="right")
+        measures = row.measures.get(frame, {})
+        shares = ", ".join(f"{state} {measures[state]:.2f}" for state in STATES if state in measures)
+        axes[0].set_title(f"{name}\n{shares}", fontsize=NARROW_LETTERS, loc="left")
+    add_state_legend(figure, NARROW_LETTERS, loc="outside lower center")
     save_figure(figure, path)
 
 
@@ -186,13 +191,13 @@ def _make_row(run: Run, evidence: Evidence) -> Row:
     frames = evidence.experiment.frames
     after_release = [frame for frame in frames if frame >= run.case.loading.press_frames]
     with run.open() as dataset:
-        fragments = (
-            classify(dataset, run.config.question.analysis, frames=after_release).fragments if after_release else []
-        )
+        classified = classify(dataset, run.config.question.analysis, frames=after_release) if after_release else None
         places = {frame: dataset["position"].sel(snapshot=frame).values for frame in frames}
-    colours_by_frame = zip(fragments, colour_fragments(fragments), strict=True)
-    measures = {now.frame: {"mass_in_lumps": now.lump_fraction, "lumps": now.lumps} for now in fragments}
-    return Row(label, places, {now.frame: colours for now, colours in colours_by_frame}, measures)
+    if not classified:
+        return Row(label, places, {}, {})
+    colours = zip(classified.fragments, colour_fragments(classified), strict=True)
+    measures = {now.frame: {**now.shares, "lumps": now.lumps} for now in classified.fragments}
+    return Row(label, places, {now.frame: its_colours for now, its_colours in colours}, measures)
 
 
 FIGURE = FigureKind(report, is_judged=True, needs=("frames",))

@@ -23,7 +23,7 @@ LEAST_WIDTH, MOST_WIDTH = 160, 3840
 MOST_SPEED = 1000.0
 MOST_SECONDS = 600.0  # of a picture; a gif cannot say 656
 MOST_PICTURES = 10_000
-IN_WORDS = {"snow": "snow", "fragment": "by fragment"}
+IN_WORDS = {"snow": "snow", "fragment": "by state"}
 
 
 @dataclass(frozen=True)
@@ -174,5 +174,5 @@ def _choose_colourings(animated_runs: Sequence[AnimatedRun], settings: Animation
 def _make_title(animated_runs: Sequence[AnimatedRun], settings: AnimationSettings) -> str:
     """Make the title: what all panels share."""
     runs = [animated.run for animated in animated_runs]
-    colouring = "by fragment" if _choose_colourings(animated_runs, settings) == ("fragment",) else ""
+    colouring = "by state" if _choose_colourings(animated_runs, settings) == ("fragment",) else ""
     return ", ".join(filter(None, (format_title(runs, find_varied_keys(runs)), colouring)))

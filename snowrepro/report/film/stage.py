@@ -16,10 +16,11 @@ from matplotlib.text import Text
 from ...store.run import Run
 from ..drawing.colouring import PALETTE, Colouring, Scale, convert_to_colours
 from ..drawing.common import FLOOR, SKY, draw_background, draw_snow, get_panel_size
+from ..drawing.states import LEGEND, add_state_legend
 
 DPI = 120
 TITLE, GAP = 30, 12  # height of the title, distance of panels [pixels]
-TIME, BAR = 90, 84  # widths of the time and of a scale [pixels]
+TIME, BAR, FOOT = 90, 84, 24  # widths of the time and of a scale, height of a legend of states [pixels]
 WHITE, INK = "#ffffff", "#1a1a1a"
 POINTS, SMALL = 9.0, 7.0  # heights of letters
 LETTER, LINE = 0.58, 1.45  # width of a letter, and distance of lines, in these heights
@@ -99,7 +100,8 @@ class Stage:
     def __init__(self, panels: Sequence[Panel], title: str, scale: Scale | None, width: int) -> None:
         self.panels, self.scale = panels, scale
         labels = _make_labels(panels, width, BAR if scale else 0)
-        boxes, self.size = _place_boxes(panels, width, BAR if scale else 0, labels.height)
+        names_states = any(panel.snow and panel.snow.colouring.is_of_states for panel in panels)
+        boxes, self.size = _place_boxes(panels, width, BAR if scale else 0, labels.height, FOOT * names_states)
         self.figure = Figure(figsize=(self.size[0] / DPI, self.size[1] / DPI), dpi=DPI, facecolor=WHITE)
         self.canvas = FigureCanvasAgg(self.figure)
         self.axes = [self._add_axes(panel, box) for panel, box in zip(panels, boxes, strict=True)]
@@ -110,6 +112,9 @@ class Stage:
         self.time = self._add_text(self.size[0] - GAP, middle, "", POINTS, ha="right", va="center", animated=True)
         if scale:
             self._add_scale(scale)
+        if names_states:
+            points = _fit_letters(LEGEND, SMALL, 0.7 * self.size[0])  # the rest is for swatches
+            add_state_legend(self.figure, points, loc="center", bbox_to_anchor=(0.5, FOOT / 2 / self.size[1]))
         self.canvas.draw()
         self.still = self.canvas.copy_from_bbox(self.figure.bbox)
 
@@ -189,16 +194,18 @@ def _compute_panel_width(panels: Sequence[Panel], width: int, bar: int) -> float
     return (width - bar - GAP * (columns + 1)) / columns
 
 
-def _place_boxes(panels: Sequence[Panel], width: int, bar: int, label: float) -> tuple[list[Box], tuple[int, int]]:
+def _place_boxes(
+    panels: Sequence[Panel], width: int, bar: int, label: float, foot: int
+) -> tuple[list[Box], tuple[int, int]]:
     """Place the panels; returns their boxes and the size of the picture [pixels], even numbers as the codec wants.
 
-    All panels are equally wide; the highest domain of a row sets its height.
+    All panels are equally wide; the highest domain of a row sets its height.  ``foot``: what is free below them.
     """
     side, rows = _compute_panel_width(panels, width, bar), 1 + max(panel.cell[0] for panel in panels)
     sizes = [get_panel_size(panel.run) for panel in panels]
     aspects = [(panel.cell[0], height / width) for panel, (width, height) in zip(panels, sizes, strict=True)]
     heights = [side * max((aspect for r, aspect in aspects if r == row), default=0.0) for row in range(rows)]
-    total = 2 * round((TITLE + sum(heights) + rows * (label + GAP)) / 2)
+    total = 2 * round((TITLE + sum(heights) + rows * (label + GAP) + foot) / 2)
     bottoms = total - TITLE - np.cumsum(heights) - label * np.arange(1, rows + 1) - GAP * np.arange(rows)
     boxes = [Box(GAP + p.cell[1] * (side + GAP), bottoms[p.cell[0]], side, heights[p.cell[0]]) for p in panels]
     return boxes, (2 * round(width / 2), total)

@@ -35,9 +35,10 @@ MORE_COLUMNS = {"indenter": "indenter"}  # in experiments that have one
 ALL_RUN_COLUMNS = {**RUN_COLUMNS, **MORE_COLUMNS}
 MEASURE_COLUMNS = {
     "lump_fraction": "mass in lumps",
+    "crushed_fraction": "crushed",
+    "loose_fraction": "loose",
     "lumps": "lumps",
     "largest_fragment": "largest",
-    "broken_bonds": "bonds broken",
     "hardness": "hardness",
     "density_at_release": "density",
     "hardening_at_release": "ξ",
@@ -124,11 +125,14 @@ def _describe_unclosed(table: pd.DataFrame) -> str:
 
 
 def _describe_unsettled(table: pd.DataFrame) -> str:
-    """Say how many of the runs that fall still broke at their end."""
+    """Say how many of the runs that fall still came apart, or were crushed, at their end."""
     settled = table["settled"].dropna() if "settled" in table else pd.Series(dtype=bool)
     if settled.empty:
         return "None of the runs falls, so whether they settled was not asked."
-    return f"{int((~settled.astype(bool)).sum())} of {len(settled)} runs that fall had not settled at their end."
+    return (
+        f"{int((~settled.astype(bool)).sum())} of {len(settled)} runs that fall had not settled at their end: snow "
+        "still came apart or was crushed."
+    )
 
 
 def _fold_long_table(head: str, table: Table, rows: int) -> Block:

@@ -1,4 +1,4 @@
-"""The section on what broke: the mass in fragments of every size, and broken bonds over time."""
+"""The section on what became of the snow: mass in fragments of every size, and its three states over time."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from ...analysis.states import STATES
 from ...evidence.gather import Evidence
 from ...quantities import add_unit
 from ...store.run import Run
@@ -26,15 +27,17 @@ SURVIVAL = Picture(
     "survival.png",
     "Survival curves: mass in fragments of at least a given mass, a curve a run, with and without sintering.",
     "Φ(m): the part of the mass that is in fragments of at least m at the end. Where a curve meets the upright line, "
-    "the least mass of a lump, it shows the mass in lumps; wherever one would put that line, more lumps than powder is "
-    "to meet it above one half. One curve a run.",
+    "the least mass of a lump, it shows the mass in lumps; wherever one would put that line, a curve above one half "
+    "there is more than half of the snow in lumps. One curve a run.",
     data="survival.csv",
 )
-BONDS = Picture(
-    "bonds.png",
-    "Part of the bonds that are broken over time, a curve a run, with and without sintering.",
-    "Bonds broken by stretch or crushing (solid) and by stretch alone (dashed), from the release on.",
-    data="bonds.csv",
+COURSE = Picture(
+    "states.png",
+    "Part of the mass that is lump, crushed and loose over the time since the release, a curve a run.",
+    "What became of the snow, from the release on: solid with sintering, dotted without. Measured on clusters of "
+    "particles, a cell wide; single particles, which the numbers at the end count, may differ in the second digit. "
+    "The file has the broken part of the bonds too.",
+    data="states.csv",
 )
 
 
@@ -45,8 +48,8 @@ def make_blocks(evidence: Evidence) -> list[Block]:
         return []
     bonds = [(run, read_bonds(run)) for run in done]
     draw_survival(bonds, evidence)
-    draw_bonds(bonds, evidence)
-    return [Heading("What broke"), SURVIVAL, BONDS]
+    draw_course(bonds, evidence)
+    return [Heading("What became of the snow"), COURSE, SURVIVAL]
 
 
 def draw_survival(bonds_of_runs: Sequence[tuple[Run, xr.Dataset]], evidence: Evidence) -> None:
@@ -72,25 +75,28 @@ def draw_survival(bonds_of_runs: Sequence[tuple[Run, xr.Dataset]], evidence: Evi
     _write_rows(rows, evidence.folder / SURVIVAL.data)
 
 
-def draw_bonds(bonds_of_runs: Sequence[tuple[Run, xr.Dataset]], evidence: Evidence) -> None:
-    """Draw the broken part of the bonds over time: a panel for each arm, a colour for each pressure."""
-    figure, axes = _make_panels()
+def draw_course(bonds_of_runs: Sequence[tuple[Run, xr.Dataset]], evidence: Evidence) -> None:
+    """Draw the part of the mass in each state over time: a panel for each state, a colour for each pressure."""
+    figure = Figure(figsize=(5.2, 6.4), layout="constrained")  # so narrow that a phone shows all of it
+    axes = list(figure.subplots(len(STATES), 1, sharex=True))
     colours = assign_colours(evidence.runs)
     rows = []
     for run, bonds in bonds_of_runs:
-        time = bonds["state"].values * run.case.loading.frame_time
-        ax = axes[0 if run.case.sintering.enabled else 1]
-        ax.plot(time, bonds["broken_both"], color=colours[run.case.pressure], lw=1.2)
-        ax.plot(time, bonds["broken_stretch"], color=colours[run.case.pressure], lw=1.0, ls="--")
-        rows.append(
-            _label_rows(run, time=time, broken=bonds["broken_both"].values, by_stretch=bonds["broken_stretch"].values)
-        )
-    for ax in axes:
-        ax.set(ylim=(-0.02, 1.02), ylabel="broken part of the bonds")
-    axes[-1].set_xlabel("time since pressing began [s]")
+        loading, sintering = run.case.loading, run.case.sintering
+        time = (bonds["state"].values - loading.press_frames) * loading.frame_time
+        parts = {state: bonds[f"part_{state}"].values for state in STATES}
+        for ax, part in zip(axes, parts.values(), strict=True):
+            ax.plot(time, part, "-" if sintering.enabled else ":", color=colours[run.case.pressure], lw=1.3)
+        broken = {"broken": bonds["broken_both"].values, "by_stretch": bonds["broken_stretch"].values}
+        rows.append(_label_rows(run, time=time, **parts, **broken))
+    for ax, state in zip(axes, STATES, strict=True):
+        ax.set_ylabel(state)
+        ax.set_ylim(-0.02, max(0.1, 1.05 * ax.dataLim.ymax))
+    axes[-1].set_xlabel("time since the release [s]")
+    figure.supylabel("part of the mass", fontsize=10)
     _add_legend(figure, colours, evidence.pressure_unit)
-    save_figure(figure, evidence.folder / BONDS.file)
-    _write_rows(rows, evidence.folder / BONDS.data)
+    save_figure(figure, evidence.folder / COURSE.file)
+    _write_rows(rows, evidence.folder / COURSE.data)
 
 
 def _label_rows(run: Run, **columns: np.ndarray) -> pd.DataFrame:

@@ -19,6 +19,7 @@ from ...evidence.scenes import LEAST_SHAPES
 from ..document import Block, Fold, Heading, Picture, Table, escape
 from .records import write_claims
 from .response import draw_response
+from .witness import describe_bodies
 
 WIDTH = 100  # of a line on the screen
 # Of verdicts, in a table on the screen.
@@ -62,6 +63,7 @@ def make_blocks(evidence: Evidence) -> list[Block]:
     return [
         Heading("The claims"),
         *(_describe_one_scene(evidence, half_pressures) if len(scenes) == 1 else _describe_several_scenes(evidence)),
+        *describe_bodies(scenes, claims.list),
         Picture(
             "response.png",
             "Mass in lumps over pressure, with and without sintering: seeds, means, and the pressures around P50.",

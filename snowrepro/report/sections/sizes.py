@@ -25,8 +25,8 @@ PICTURE = Picture(
     "sizes.png",
     "Mass in fragments of at least a given mass, a curve for each run that fell.",
     "How much of the snow is in fragments of at least a given mass, at the end: a curve for each run. High on the "
-    "right: the snow is in heavy pieces. High on the left only: it is powder. The upright line is the least mass of a "
-    "lump; where a curve meets it, it shows the mass in lumps.",
+    "right: the snow is in heavy pieces. High on the left only: it is crushed or loose. The upright line is the "
+    "least mass of a lump; where a curve meets it, it shows the mass in lumps.",
     data="sizes.csv",
 )
 

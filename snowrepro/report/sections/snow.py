@@ -1,4 +1,4 @@
-"""Strips of the snow of any runs: a row for each cell of a sweep, a column for each time, coloured by fragment."""
+"""Strips of the snow of any runs: a row for each cell of a sweep, a column for each time, by what became of it."""
 
 import textwrap
 from collections.abc import Sequence
@@ -16,13 +16,12 @@ from ...summary.classify import classify
 from ..document import Block, Heading, Picture
 from ..drawing.columns import describe_cell, escape_label
 from ..drawing.common import (
-    LUMP_COLOURS,
-    colour_fragments,
     draw_background,
     draw_snow,
     get_panel_size,
     save_figure,
 )
+from ..drawing.states import FOOT, add_state_legend, colour_fragments
 
 MOST_ROWS = 12
 MOST_LETTERS = 60  # of what stands above a row
@@ -55,9 +54,9 @@ def make_blocks(evidence: Evidence) -> list[Block]:
     tests = " Hardness tests are not shown." if any(run.case.indenter for run in evidence.runs) else ""
     picture = Picture(
         FILE,
-        f"Snow of {len(chosen)} runs, a row each: at the end, and small at the release and on the way, by fragment.",
-        f"Large: the snow at the end. Small: at the release, and on the way, by fragment: {LUMP_COLOURS} "
-        f"Seed {seed}.{left_out}{tests}",
+        f"Snow of {len(chosen)} runs, a row each: at the end, and small at the release and on the way, by its state.",
+        f"Large: the snow at the end. Small: at the release, and on the way. Each lump has a colour, crushed snow is "
+        f"dark, loose snow the colour of sand. Seed {seed}.{left_out}{tests}",
     )
     return [Heading("The snow"), picture]
 
@@ -83,7 +82,7 @@ def _choose_rows(rows: Sequence[_Row]) -> list[_Row]:
 def draw_snow_rows(rows: Sequence[_Row], evidence: Evidence) -> None:
     """Draw a row for each run, with its label above it.  Scenes may differ; each row is as high as its scene."""
     heights = [2 * PANEL * get_panel_size(row.run)[1] / get_panel_size(row.run)[0] for row in rows]
-    width, top = 3 * PANEL + GAP, sum(heights) + LABEL * len(rows)
+    width, top = 3 * PANEL + GAP, sum(heights) + LABEL * len(rows) + FOOT
     figure = Figure(figsize=(width, top))
     size = np.array([width, top, width, top])
     for row, height in zip(rows, heights, strict=True):
@@ -94,6 +93,7 @@ def draw_snow_rows(rows: Sequence[_Row], evidence: Evidence) -> None:
         label = textwrap.shorten(row.label, MOST_LETTERS, placeholder="...")
         figure.text(0.005, (top - 0.55 * LABEL) / size[1], escape_label(label), fontsize=9, va="center")
         top = bottom
+    add_state_legend(figure, 8, loc="lower center")
     save_figure(figure, evidence.folder / FILE)
 
 
@@ -106,10 +106,10 @@ def _draw_row(row: _Row, axes: Sequence[Axes]) -> None:
         axes[-1].text(0.5, 0.5, row.state, transform=axes[-1].transAxes, ha="center", color="white")
         return
     with run.open() as dataset:
-        fragments = classify(dataset, run.config.question.analysis, frames=frames).fragments
+        classified = classify(dataset, run.config.question.analysis, frames=frames)
         places = [dataset["position"].sel(snapshot=frame).values for frame in frames]
     unit = PANEL * 72 / get_panel_size(run)[0]
-    drawn = zip(axes, frames, places, colour_fragments(fragments), SIZES, strict=True)
+    drawn = zip(axes, frames, places, colour_fragments(classified), SIZES, strict=True)
     for ax, frame, where, colours, size in drawn:
         draw_snow(ax, run, where, size * unit, colours)
         text = f"frame {frame}" + (f", {frame * run.case.loading.frame_time:.1f} s" if size > 1 else "")

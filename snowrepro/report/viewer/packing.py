@@ -21,10 +21,9 @@ def pack(values: np.ndarray) -> str:
     return base64.b64encode(zlib.compress(np.ascontiguousarray(values).tobytes(), 9)).decode("ascii")
 
 
-def take_differences(values: np.ndarray, axis: int = 0) -> np.ndarray:
-    """Subtract from each number the one before along ``axis``; the first stays, and bytes (uint8) wrap around."""
-    first = np.take(values, [0], axis)
-    return np.concatenate([first, np.diff(values, axis=axis)], axis=axis)
+def take_differences(values: np.ndarray) -> np.ndarray:
+    """Subtract from each number the one before along the first axis; the first stays, and bytes (uint8) wrap around."""
+    return np.concatenate([values[:1], np.diff(values, axis=0)])
 
 
 def round_to_levels(values: np.ndarray, low: float, high: float, count: int) -> np.ndarray:

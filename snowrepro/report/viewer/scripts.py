@@ -9,8 +9,8 @@ from importlib.resources import files
 
 # Each after those that it imports from; main.js starts the viewer.
 FILES = (
-    "elements.js", "times.js", "unpack.js", "bonds.js", "lumps.js", "ancestry.js", "finder.js", "paint.js", "draw.js",
-    "claims.js", "settings.js", "legend.js", "tables.js", "speaker.js", "player.js", "panes.js", "main.js",
+    "elements.js", "times.js", "unpack.js", "paint.js", "draw.js", "controls.js", "legend.js", "tables.js", "player.js",
+    "panes.js", "main.js",
 )  # fmt: skip
 IMPORTS = re.compile(r'^import \{([^}]*)\} from "\./([^"]+)";\n', re.MULTILINE)
 EXPORTS = re.compile(r"^export (?=(?:async )?(?:function|class|const) ([\w$]+))", re.MULTILINE)

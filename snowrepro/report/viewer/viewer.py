@@ -1,6 +1,6 @@
 """The interactive part of a page; here the data is prepared that the scripts in templates/viewer draw.
 
-It shows runs as particles over time, with the lumps under settings of the reader's choice, and which claims hold.
+It shows runs as particles over time, coloured by what became of the snow, with the shares of each frame.
 """
 
 import json
@@ -12,27 +12,24 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.colors import to_hex
 
-from ...evidence.claims import list_calibrated_claims
+from ...analysis.eye import COVER
+from ...analysis.states import STATES
 from ...evidence.gather import describe_run
-from ...evidence.sensitivity import CORES, SIGNS
 from ...quantities import PRESSURE, format_powers, format_unit
 from ...scene.outline import polylines
-from ...settings.analysis import Analysis
-from ...settings.question import Claim
 from ...store.run import Run
-from ..drawing.common import COVER, FLOOR, LUMPS, POWDER, SKY, SNOW, get_panel_size
-from .embedded import FIELDS, EmbeddedRun, ViewerSettings, embed
+from ..drawing.colouring import PALETTE
+from ..drawing.common import FLOOR, SKY, SNOW, get_panel_size
+from ..drawing.states import CRUSHED, LOOSE, LUMPS
+from .embedded import FIELDS, EmbeddedRun, embed
 from .packing import pack, round_to_levels, take_differences
 
-STRAINS = np.round(np.geomspace(0.02, 1.5, 80), 3)  # steps of the break strain, beside the report's own
-LUMP_MASSES = np.round(np.geomspace(0.005, 0.3, 40), 4)  # least mass of a lump, likewise [part of the body]
 FRAMES = 36  # beside those of the figure
 PER_CELL = 16  # to which part of a cell places are rounded
 LEVELS = 64  # of a field
 WITHIN = (1, 99)  # percentiles that a field's colours span
 SHADES = 32
 THINNINGS = (1, 2, 3, 4, 6, 8)  # of how many particles one is drawn
-REPORTED = ("break_strain", "break_by", "core_fraction", "lump_mass")  # that the viewer can change
 NAMES = {"density": "density", "J_P": "plastic volume ratio J_P"}
 
 
@@ -53,50 +50,20 @@ def embed_runs(runs: Sequence[Run], budget: int) -> Viewer | None:
     """Prepare the viewer for finished runs, in the paper's order, in at most ``budget`` bytes.
 
     Runs that differ from the first in loading, storing or classification are left out.  If there is not enough room,
-    fewer particles are drawn, and then the last runs are left out.  None if no run is left, or if lumps are not found
-    by bonds.
+    fewer particles are drawn, and then the last runs are left out.  None if no run is left.
     """
     alike = [run for run in runs if _is_alike(run, runs[0])]
-    if not alike or alike[0].config.question.analysis.definition != "bonds":
+    if not alike:
         return None
-    settings, frames = make_viewer_settings(alike[0].config.question.analysis), choose_frames(alike[0])
-    embedded_runs: list[EmbeddedRun] = []
-    bytes_of_bonds = 0
-    for run in alike:
-        embedded = embed(run, frames, settings)
-        bytes_of_bonds += sum(len(str(text)) for text in embedded.bonds.values())
-        if bytes_of_bonds > budget:
-            break
-        embedded_runs.append(embedded)
-    return _fit_into_budget(embedded_runs, runs, frames, settings, budget)
-
-
-def _fit_into_budget(
-    embedded_runs: Sequence[EmbeddedRun],
-    runs: Sequence[Run],
-    frames: Sequence[int],
-    settings: ViewerSettings,
-    budget: int,
-) -> Viewer | None:
-    """Embed as many of the runs as fit, with all their particles drawn if possible."""
+    frames = choose_frames(alike[0])
+    embedded_runs = [embed(run, frames) for run in alike]
     for count in range(len(embedded_runs), 0, -1):
         for thinning in THINNINGS:
-            data = dump_safe_json(_make_content(embedded_runs[:count], runs, frames, settings, thinning))
+            data = dump_safe_json(_make_content(embedded_runs[:count], frames, thinning))
             if len(data) <= budget:
-                sentences = describe_embedding(embedded_runs[:count], runs, frames, settings, thinning)
+                sentences = describe_embedding(embedded_runs[:count], runs, frames, thinning)
                 return Viewer(data, sentences, format_powers(PRESSURE, [runs[0].case.reading.length_unit]))
     return None
-
-
-def make_viewer_settings(analysis: Analysis) -> ViewerSettings:
-    """Make the choices that the viewer offers; the report's own settings are among them."""
-    ladder = np.union1d(STRAINS, [analysis.break_strain])
-    return ViewerSettings(tuple(ladder.tolist()), SIGNS, tuple(sorted({*CORES, analysis.core_fraction})))
-
-
-def list_lump_masses(analysis: Analysis) -> list[float]:
-    """List the steps of the least mass of a lump [part of the body]."""
-    return np.union1d(LUMP_MASSES, [analysis.lump_mass]).tolist()
 
 
 def choose_frames(run: Run) -> list[int]:
@@ -127,51 +94,29 @@ def describe_embedding(
     embedded_runs: Sequence[EmbeddedRun],
     runs: Sequence[Run],
     frames: Sequence[int],
-    settings: ViewerSettings,
     thinning: int,
 ) -> tuple[str, ...]:
     """Describe what is embedded, how exact it is, and what was left out, in sentences."""
     first = embedded_runs[0].run
-    analysis = first.config.question.analysis
     with first.open() as dataset:
         stored = dataset.sizes["snapshot"]
     missing = [describe_run(run) for run in runs if all(run is not embedded.run for embedded in embedded_runs)]
     sentences = [
         (
             f"Embedded: {len(embedded_runs)} of {len(runs)} runs, {len(frames)} of {stored} stored frames. Between "
-            "them, places are interpolated along straight lines, and bonds are as at the frame before."
+            "them, places are interpolated along straight lines, and colours are as at the frame before."
         ),
         f"Places are rounded to 1/{PER_CELL} cell, density and J_P to {LEVELS} levels.",
         (
-            f"Lumps are not rounded: at each embedded frame they are those that snowrepro.classify finds with the same "
-            f"settings. The break strain has {len(settings.ladder)} steps for that reason."
-        ),
-        (
-            f"Bonds are no longer than {analysis.link_length:g} grid spacings at the release; a lump has at least "
-            f"the mass of {analysis.lump_cells:g} cells of unpressed snow, whatever the slider says."
+            "The parts of the mass are not rounded: at each embedded frame they are those that snowrepro.classify "
+            "finds with the report's settings. A particle has the colour of its largest part."
         ),
     ]
     if thinning > 1:
-        sentences.append(f"For lack of room one particle in {thinning} is drawn; lumps count all of them.")
+        sentences.append(f"For lack of room one particle in {thinning} is drawn; the parts count all of them.")
     if missing:
         sentences.append(f"Left out, for lack of room or as they are not comparable: {'; '.join(missing)}.")
-    return (*sentences, *_describe_calibration(first))
-
-
-def _describe_calibration(run: Run) -> list[str]:
-    """Say that the pressures were chosen by these very runs, if they were."""
-    experiment = run.config.question.experiment
-    if experiment is None or experiment.calibrated_on != (run.case.shape.name, run.case.floor.name):
-        return []
-    claims = run.config.question.claims
-    by_calibration = list_calibrated_claims(claims)
-    names = ", ".join(claim.name for claim in claims.list if _is_about_lumps(claim) and claim.name in by_calibration)
-    return [
-        (
-            "The pressures were chosen by the sintered runs of this scene with the report's settings: that these agree "
-            f"with {names} there is no test."
-        )
-    ]
+    return tuple(sentences)
 
 
 def _is_alike(run: Run, first: Run) -> bool:
@@ -181,33 +126,17 @@ def _is_alike(run: Run, first: Run) -> bool:
     return same and classified_alike and run.case.indenter is None
 
 
-def _make_content(
-    embedded_runs: Sequence[EmbeddedRun],
-    runs: Sequence[Run],
-    frames: Sequence[int],
-    settings: ViewerSettings,
-    thinning: int,
-) -> dict[str, Any]:
+def _make_content(embedded_runs: Sequence[EmbeddedRun], frames: Sequence[int], thinning: int) -> dict[str, Any]:
     """Make all data for the browser; templates/viewer/main.js reads it."""
     first = embedded_runs[0].run
-    analysis = first.config.question.analysis
     spans = {name: _find_span([run.fields[name] for run in embedded_runs]) for name in FIELDS}
     return {
         "frames": list(frames),
         "seconds": [frame * first.case.loading.frame_time for frame in frames],
-        "release": list(frames).index(first.case.loading.press_frames),
-        "ladder": settings.ladder,
-        "signs": settings.signs,
-        "cores": settings.cores,
-        "lump_masses": list_lump_masses(analysis),
-        "report": {name: getattr(analysis, name) for name in REPORTED},
-        "lump_cells": analysis.lump_cells,
+        "states": STATES,
         "colours": _list_colours(),
         "fields": [_make_field(name, spans[name], embedded_runs[0].units[name]) for name in FIELDS],
         "levels": LEVELS,
-        "thinning": thinning,
-        "claims": [_make_claim(claim) for claim in first.config.question.claims.list if _is_about_lumps(claim)],
-        "incomplete": sorted({_name_scene(run) for run in runs} - _find_whole_scenes(embedded_runs, runs)),
         "runs": [
             _make_run_content(run, label, spans, thinning)
             for run, label in zip(embedded_runs, _make_labels(embedded_runs), strict=True)
@@ -218,39 +147,35 @@ def _make_content(
 def _make_run_content(
     embedded: EmbeddedRun, label: str, spans: dict[str, tuple[float, float]], thinning: int
 ) -> dict[str, Any]:
-    """Make the data of one run: what it is, its stage, its particles and bonds."""
+    """Make the data of one run: what it is, its stage, its particles and shares."""
     run = embedded.run
     width, height = get_panel_size(run)
     return {
         "label": label,
-        "scene": _name_scene(run),
         "arm": run.case.arm,
-        "pressure": run.case.pressure,
         "width": width,
         "height": height,
         "floor": [(corners * run.case.reading.cell).tolist() for corners in polylines(run.case.floor.outline)],
         "diameter": run.case.dx / np.sqrt(run.case.fidelity.particles_per_cell / thinning) * COVER,
-        "least": embedded.least,
-        "lump_fraction": embedded.lump_fraction,
-        "bonds": embedded.bonds,
+        "shares": embedded.shares,
+        "lumps": embedded.lumps,
         **_make_particles(embedded, spans, thinning),
     }
 
 
 def _make_particles(embedded: EmbeddedRun, spans: dict[str, tuple[float, float]], thinning: int) -> dict[str, Any]:
-    """Make masses of all particles, and places and fields of those that are drawn, as differences in time."""
+    """Make places, colours and fields of the particles that are drawn, as differences in time."""
     quantum = embedded.run.case.reading.cell / PER_CELL
     places = np.rint(embedded.places[:, ::thinning] / quantum).astype(int).transpose(0, 2, 1)
     fields = {
         name: round_to_levels(values[:, ::thinning], *spans[name], LEVELS) for name, values in embedded.fields.items()
     }
     return {
-        "particles": len(embedded.mass),
-        "mass": embedded.mass[:1].tolist() if (embedded.mass == embedded.mass[0]).all() else embedded.mass.tolist(),
-        "total": float(embedded.mass.sum()),
+        "particles": len(embedded.gone),
         "gone": pack(embedded.gone) if (embedded.gone < len(embedded.places)).any() else None,
         "quantum": quantum,
         "places": pack(take_differences(places)),
+        "colours": pack(take_differences(embedded.colours[:, ::thinning])),
         "fields": {name: pack(take_differences(numbers)) for name, numbers in fields.items()},
     }
 
@@ -269,28 +194,8 @@ def _make_field(name: str, span: tuple[float, float], unit: str) -> dict[str, An
 def _list_colours() -> dict[str, Any]:
     """List the colours of the pictures, and a scale that colour-blind readers can tell apart."""
     shades = [to_hex(shade) for shade in mpl.colormaps["cividis"](np.linspace(0.0, 1.0, SHADES))]
-    return {"sky": SKY, "floor": FLOOR, "snow": SNOW, "lumps": LUMPS, "powder": POWDER, "shades": shades}
-
-
-def _is_about_lumps(claim: Claim) -> bool:
-    """Whether a claim is about what the viewer counts, in one scene."""
-    return claim.test != "scenes" and claim.measure == "lump_fraction"
-
-
-def _make_claim(claim: Claim) -> dict[str, Any]:
-    """Make the data of a claim."""
-    return {name: getattr(claim, name) for name in ("name", "statement", "of", "at", "test", "threshold")}
-
-
-def _name_scene(run: Run) -> str:
-    """Name the scene of a run."""
-    return f"{run.case.shape.name} on {run.case.floor.name}"
-
-
-def _find_whole_scenes(embedded_runs: Sequence[EmbeddedRun], runs: Sequence[Run]) -> set[str]:
-    """Find the scenes of which every run is embedded: only for these the viewer judges claims."""
-    ids = {embedded.run.id for embedded in embedded_runs}
-    return {_name_scene(run) for run in runs} - {_name_scene(run) for run in runs if run.id not in ids}
+    states = {"palette": PALETTE, "lumps": LUMPS, "crushed": CRUSHED, "loose": LOOSE, "snow": SNOW}
+    return {"sky": SKY, "floor": FLOOR, "shades": shades, **states}
 
 
 def _make_labels(embedded_runs: Sequence[EmbeddedRun]) -> list[str]:

@@ -1,9 +1,9 @@
 /* In: a canvas or its context, a run, colours (paint.js), and a place in the list of frames.
  * Out: nothing but pixels; a length times `scale` is pixels. */
 
-import { isGone } from "./lumps.js";
-
 const SQUARE = Math.sqrt(Math.PI) / 2; // side of a square that covers what a disc of diameter 1 does
+
+const isGone = (run, frame, i) => run.gone !== null && run.gone[i] <= frame;
 
 /** Fit a canvas to its box and to the screen's pixels; returns the scale. */
 export function fitCanvas(canvas, run) {

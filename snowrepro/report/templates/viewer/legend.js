@@ -2,8 +2,6 @@
 
 import { $, makeElement } from "./elements.js";
 
-const DAMAGE = { low: 0, high: 1, name: "damage", unit: "part of a particle's bonds" };
-
 function makeSwatch(colours, text) {
   const boxes = makeElement("span", undefined, { className: "viewer-swatches", ariaHidden: "true" });
   boxes.append(...colours.map((colour) => makeElement("i", undefined, { style: `background: ${colour}` })));
@@ -21,24 +19,25 @@ function makeScale(shades, words) {
   return scale;
 }
 
-function showKinds({ lumps, powder, snow }) {
+function showStates({ lumps, crushed, loose, snow }) {
   $("legend").replaceChildren(
-    makeSwatch(lumps, "lumps, by fragment"),
-    makeSwatch([powder], "powder"),
+    makeSwatch(lumps, "lumps, a colour each"),
+    makeSwatch([crushed], "crushed"),
+    makeSwatch([loose], "loose"),
     makeSwatch([snow], "not yet released"),
   );
 }
 
 /** The outermost colours of a field are also those of what lies beyond. */
-function showScale(shades, { low, high, name, unit }, isField) {
+function showScale(shades, { low, high, name, unit }) {
   const words = [low, (low + high) / 2, high].map((value) => String(Number(value.toPrecision(3))));
-  if (isField) [words[0], words[2]] = [`\u2264 ${words[0]}`, `\u2265 ${words[2]}`];
+  [words[0], words[2]] = [`\u2264 ${words[0]}`, `\u2265 ${words[2]}`];
   const title = makeElement("span", unit ? `${name} [${unit}]` : name);
   $("legend").replaceChildren(title, makeScale(shades, words));
 }
 
 export function showLegend(data, by) {
   const field = data.fields.find(({ key }) => key === by);
-  if (by === "fragment") showKinds(data.colours);
-  else showScale(data.colours.shades, field || DAMAGE, field !== undefined);
+  if (field) showScale(data.colours.shades, field);
+  else showStates(data.colours);
 }

@@ -1,47 +1,18 @@
 /* In: the JSON in the page (snowrepro/report/viewer/viewer.py), and all that the reader does.
- * Out: the viewer: runs as particles over time, and lumps anew under any setting.
+ * Out: the viewer: runs as particles over time, coloured by what became of the snow, with the shares of each frame.
  *
- * Bonds between particles are laid when the snow is released.  A break strain is a step of a ladder; of each bond it
- * is known, for each embedded frame, from which step on it has held so far.  unpack.js reads that, bonds.js and
- * lumps.js work out what is held together, finder.js remembers it, the others show it. */
+ * States, colours and shares are computed by snowrepro, and embedded; here they are shown. */
 
+import { fillControls } from "./controls.js";
 import { $, SIDES } from "./elements.js";
-import { Finder } from "./finder.js";
 import { showLegend } from "./legend.js";
 import { drawPanes, limitDrawing } from "./panes.js";
 import { listenToPicture, Player } from "./player.js";
-import { fillControls, findReportSettings, showSettings } from "./settings.js";
-import { makeSpeaker } from "./speaker.js";
-import { makeTables } from "./tables.js";
+import { makeTable } from "./tables.js";
 import { unpackRun } from "./unpack.js";
 
-const onInput = (name, act) => $(name).addEventListener("input", () => act(Number($(name).value)));
-
-/** All that shows lumps follows the settings; returns how to change some of these. */
-function makeChanger(data, runs, finder, view, draw) {
-  const settings = findReportSettings(data);
-  const updateTables = makeTables(data, runs);
-  const say = makeSpeaker(data);
-  return (chosen) => {
-    Object.assign(settings, chosen);
-    finder.useSettings(settings);
-    showSettings(data, settings);
-    const claims = updateTables((run) => finder.findLumps(run, view.last));
-    say(settings, claims);
-    draw();
-  };
-}
-
-function listenToSettings(data, change) {
-  onInput("strain", (step) => change({ step }));
-  onInput("mass", (mass) => change({ mass }));
-  onInput("sign", (sign) => change({ sign }));
-  onInput("core", (core) => change({ core }));
-  $("reset").addEventListener("click", () => change(findReportSettings(data)));
-}
-
 function listenToPlayer(view, player) {
-  onInput("time", (frame) => player.goTo(frame));
+  $("time").addEventListener("input", () => player.goTo(Number($("time").value)));
   $("play").addEventListener("click", () => player.toggle());
   for (const side of SIDES) listenToPicture($(`canvas-${side}`), view, player);
 }
@@ -62,14 +33,16 @@ function listenToPanes(data, draw) {
 function startViewer(data, runs) {
   const last = data.frames.length - 1;
   const view = { at: last, last, playing: null };
-  const finder = new Finder(data);
-  const draw = limitDrawing(() => drawPanes(data, runs, finder, view));
-  const change = makeChanger(data, runs, finder, view, draw);
-  listenToSettings(data, change);
+  const updateTable = makeTable(data, runs);
+  const draw = limitDrawing(() => {
+    drawPanes(data, runs, view);
+    updateTable(Math.floor(view.at));
+  });
   listenToPlayer(view, new Player(data, view, draw));
   listenToPanes(data, draw);
   showLegend(data, $("colour").value);
-  change({});
+  drawPanes(data, runs, view);
+  updateTable(last);
 }
 
 /** All runs, one after the other, with a bar that shows how many are there. */

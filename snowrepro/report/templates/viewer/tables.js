@@ -1,57 +1,36 @@
-/* In: the runs, and a function that gives lumps of a run under the present settings.
- * Out: the two tables, of runs and of claims, each cell brought up to date; what became of the claims. */
+/* In: the viewer's data, the runs, and a frame.  Out: the table of runs, brought up to date with the shares of that frame. */
 
-import { judgeClaim, nameVerdict } from "./claims.js";
 import { $, makeElement, makeNumber } from "./elements.js";
 
-/** One run; returns how to bring its row up to date. */
+/** One run; returns how to bring its row up to a frame. */
 function addRunRow(run) {
-  const now = makeElement("td", undefined, { className: "viewer-part" });
-  const report = makeElement("td");
+  const bar = makeElement("td", undefined, { className: "viewer-parts", ariaHidden: "true" });
+  const cells = [0, 1, 2].map(() => makeElement("td"));
   const count = makeElement("td");
-  report.append(makeNumber(run.lump_fraction));
-  const row = $("runs").insertRow();
-  row.append(makeElement("th", run.label, { scope: "row" }), now, report, count);
-  return (find) => {
-    const { part, lumps } = find(run);
-    now.replaceChildren(makeNumber(part));
-    now.style.setProperty("--part", part);
-    count.textContent = lumps.length;
+  $("runs").insertRow().append(makeElement("th", run.label, { scope: "row" }), bar, ...cells, count);
+  return (frame) => {
+    const shares = run.shares[frame] || [];
+    cells.forEach((cell, place) => {
+      cell.replaceChildren(place < shares.length ? makeNumber(shares[place]) : "-");
+    });
+    bar.style.setProperty("--lump", shares[0] || 0);
+    bar.style.setProperty("--crushed", shares[1] || 0);
+    bar.style.setProperty("--loose", shares[2] || 0);
+    count.textContent = shares.length ? run.lumps[frame] : "-";
   };
 }
 
-/** One claim about some runs; `whole`: whether all runs of the scene are there.  Returns how to judge it anew. */
-function addClaimRow(claim, name, runs, whole) {
-  const judge = (read) => (whole ? judgeClaim(claim, runs, read) : null);
-  const report = judge((run) => run.lump_fraction);
-  const now = makeElement("td");
-  const title = makeElement("th", `${name}: ${claim.statement}`, { scope: "row" });
-  const row = $("claims").insertRow();
-  row.append(title, now, makeElement("td", nameVerdict(report)));
-  return (find) => {
-    const holds = judge((run) => find(run).part);
-    now.textContent = nameVerdict(holds);
-    now.classList.toggle("viewer-differs", holds !== report);
-    return { name, holds };
-  };
-}
-
-function addClaimRows(data, runs) {
-  const scenes = [...new Set(runs.map((run) => run.scene))];
-  const nameOf = (claim, scene) => (scenes.length > 1 ? `${claim.name}, ${scene}` : claim.name);
-  return scenes.flatMap((scene) => {
-    const own = runs.filter((run) => run.scene === scene);
-    const whole = !data.incomplete.includes(scene);
-    return data.claims.map((claim) => addClaimRow(claim, nameOf(claim, scene), own, whole));
+/** Make all rows, once, with bars in the colours of the pictures; returns how to bring them up to a frame. */
+export function makeTable({ colours }, runs) {
+  const { lumps, crushed, loose } = colours;
+  Object.entries({ lump: lumps[0], crushed, loose }).forEach(([state, colour]) => {
+    $("runs").style.setProperty(`--of-${state}`, colour);
   });
-}
-
-/** Make all rows, once; returns how to bring them up to date, which gives what became of the claims. */
-export function makeTables(data, runs) {
-  const runRows = runs.map(addRunRow);
-  const claimRows = addClaimRows(data, runs);
-  return (find) => {
-    for (const update of runRows) update(find);
-    return claimRows.map((update) => update(find));
+  const rows = runs.map(addRunRow);
+  let shown = -1;
+  return (frame) => {
+    if (frame === shown) return;
+    shown = frame;
+    for (const update of rows) update(frame);
   };
 }
