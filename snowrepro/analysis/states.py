@@ -39,7 +39,7 @@ class Bodies:
 
 
 def join_clusters(neighbours: Neighbours, partings: Partings, maps: Maps, reach: float, analysis: Analysis) -> Bodies:
-    """Find the bodies of clusters: those at most ``reach`` apart at release that still hold together.
+    """Find the bodies of clusters: those at most ``reach`` apart at release, and nearest ones, that hold together still.
 
     What came apart altogether joins nothing; a cluster that lost all that it was joined to is in no body.
     """
@@ -47,11 +47,18 @@ def join_clusters(neighbours: Neighbours, partings: Partings, maps: Maps, reach:
         change = np.log(np.maximum(maps.change_of_volume, 0.0))
     least, most = analysis.volume_change
     crushed, opened = (np.clip((sign * change - least) / (most - least), 0.0, 1.0) for sign in (-1, 1))
-    is_near = neighbours.length <= reach
+    is_near = (neighbours.length <= reach) | find_nearest(neighbours, len(change))
     holds = partings.is_joined & is_near & (opened[neighbours.pairs] < 1.0).all(axis=1)
     before, now = (np.bincount(neighbours.pairs[kind].ravel(), minlength=len(change)) for kind in (is_near, holds))
     component = find_components(neighbours.pairs[holds], len(change))
     return Bodies(np.where((before > 0) & (now == 0), -1, component), crushed, opened)
+
+
+def find_nearest(neighbours: Neighbours, count: int) -> np.ndarray:
+    """Find the pairs (m,) of which one end has no nearer neighbour than the other, among ``count`` clusters."""
+    shortest = np.full(count, np.inf)
+    np.minimum.at(shortest, neighbours.pairs, neighbours.length[:, None])
+    return (neighbours.length[:, None] <= shortest[neighbours.pairs]).any(axis=1)
 
 
 def attach_particles(
