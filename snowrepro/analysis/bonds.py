@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import Delaunay, QhullError
 
-from .near import find_near_pairs
+from .near import find_near_pairs, square_distances
 
 LEAST_RATIO = 1e-12  # of lengths, where both ends came to one place
 
@@ -58,7 +58,7 @@ def lay_bonds(positions: np.ndarray, longest: float) -> Bonds:
         pairs = _list_edges(Delaunay(positions))
     except (QhullError, ValueError):
         pairs = find_near_pairs(positions, longest).astype(np.int32)
-    length = np.sqrt(_squared_lengths(positions, pairs))
+    length = np.sqrt(square_distances(positions, pairs))
     is_bond = (length <= longest) & (length > 0)
     return Bonds(pairs[is_bond], length[is_bond])
 
@@ -87,7 +87,7 @@ class Extremes:
 
         A bond whose end has vanished (NaN) is stretched without limit from then on.
         """
-        length2 = _squared_lengths(positions, self.bonds.pairs)
+        length2 = square_distances(positions, self.bonds.pairs)
         np.minimum(self.shortest2, length2, out=self.shortest2, where=~np.isnan(length2))
         np.maximum(self.longest2, np.nan_to_num(length2, copy=False, nan=np.inf), out=self.longest2)
 
@@ -113,12 +113,3 @@ def follow_bonds(bonds: Bonds, states: Iterable[np.ndarray]) -> BondHistory:
     for positions in states:
         extremes.extend(positions)
     return extremes.to_history()
-
-
-def _squared_lengths(positions: np.ndarray, pairs: np.ndarray) -> np.ndarray:
-    """Return the squared distance between the two particles of each pair, (m,)."""
-    total = np.zeros(len(pairs))
-    for axis in positions.T:
-        along = np.ascontiguousarray(axis, dtype=float)
-        total += (along.take(pairs[:, 0]) - along.take(pairs[:, 1])) ** 2
-    return total

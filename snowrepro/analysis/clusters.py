@@ -54,7 +54,7 @@ def locate_clusters(clusters: Clusters, positions: np.ndarray) -> np.ndarray:
     particles have all vanished (NaN) has no centre (NaN).
     """
     places, member = positions.astype(float), clusters.member
-    is_there = ~np.isnan(places).any(axis=1)
+    is_there = ~np.isnan(places.sum(axis=1) if np.isnan(places.sum()) else np.zeros(len(places)))
     centre = clusters.average @ places if is_there.all() else _average_some(clusters, places, is_there)
     is_spread = np.zeros(len(centre), dtype=bool)
     is_spread[member[is_there & _is_far(places, centre[member], clusters.size)]] = True
@@ -78,4 +78,9 @@ def _average_some(clusters: Clusters, places: np.ndarray, chosen: np.ndarray) ->
 
 def _is_far(places: np.ndarray, centre: np.ndarray, size: float) -> np.ndarray:
     """Whether each place is FAR from its centre; both (n, 2 or 3)."""
-    return ((places - centre) ** 2).sum(axis=1) > (FAR * size) ** 2
+    return measure_lengths(places - centre) > FAR * size
+
+
+def measure_lengths(vectors: np.ndarray) -> np.ndarray:
+    """Return the lengths (n,) of vectors (n, 2 or 3); several times as fast as NumPy's norm along so short an axis."""
+    return np.sqrt(np.einsum("ij,ij->i", vectors, vectors))

@@ -128,7 +128,7 @@ def read_motion(
     masses = _read_masses(_find_mass(dataset, mass, names, layout, identity, start), values.shape[1], assumed)
     spacing = _read_spacing(dataset, grid_spacing, values[0], assumed)
     width = _read_cell(dataset, cell, spacing, assumed)
-    _require_moderate(values, spacing)
+    _require_moderate(values, min(spacing, width))
     return Motion(
         clock.frames[start:],
         clock.time[start:],
@@ -371,7 +371,9 @@ def _read_cell(dataset: xr.Dataset, cell: float | None, spacing: float, assumed:
 
     Raises DataError where it is not positive.
     """
-    wanted = next((value for value in (cell, dataset.attrs.get("cell"), _find_cell_of_run(dataset)) if value), None)
+    wanted = next(
+        (value for value in (cell, dataset.attrs.get("cell"), _find_cell_of_run(dataset)) if value is not None), None
+    )
     if wanted is None:
         assumed.append(f"cell: {spacing:.4g}, as wide as a grid cell; strain is measured over some")
         return spacing

@@ -1,4 +1,4 @@
-"""Pairs of particles that are near each other, counted before they are listed."""
+"""Pairs of particles that are near each other, counted before they are listed, and how far apart they are."""
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -23,3 +23,12 @@ def find_near_pairs(places: np.ndarray, reach: float) -> np.ndarray:
                 "looked at: is grid_spacing (--grid-spacing) in the unit of the positions?"
             )
     return np.asarray(tree.query_pairs(reach, output_type="ndarray"))
+
+
+def square_distances(positions: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    """Return the squared distance (m,) between the two particles of each of ``pairs`` (m, 2) at ``positions``."""
+    total = np.zeros(len(pairs))
+    for axis in positions.T:
+        along = np.ascontiguousarray(axis, dtype=float)
+        total += (along.take(pairs[:, 0]) - along.take(pairs[:, 1])) ** 2
+    return total

@@ -17,6 +17,7 @@ from .tree import find_components
 
 STATES = ("lump", "crushed", "loose")
 NEAR = 8  # clusters beside its own that may carry a particle
+AT_ONCE = 100_000  # particles, to be spare with memory
 
 
 @dataclass(frozen=True)
@@ -61,14 +62,19 @@ def attach_particles(
     ``bodies``, ``maps``, ``centre`` (k, d): of the clusters now; ``start`` and ``now`` (n, d): places of the particles.
     A particle farther than ``stray`` from where any of them would carry it is loose.
     """
-    near = cKDTree(clusters.position).query(start, k=range(1, min(NEAR + 1, len(centre)) + 1))[1]
-    tried = np.concatenate([clusters.member[:, None], near], axis=1)
-    carried = centre[tried] + np.einsum("ncij,ncj->nci", maps.matrix[tried], start[:, None] - clusters.position[tried])
-    miss = np.where(bodies.component[tried] < 0, np.inf, np.linalg.norm(carried - now[:, None], axis=2))
-    miss = np.where(np.isnan(miss), np.inf, miss)
-    best = miss.argmin(axis=1)
-    particle = np.arange(len(now))
-    cluster, is_held = tried[particle, best], miss[particle, best] <= stray
+    tree, cluster, miss = cKDTree(clusters.position), np.empty(len(now), dtype=np.int64), np.empty(len(now))
+    for first in range(0, len(now), AT_ONCE):
+        block = slice(first, first + AT_ONCE)
+        near = tree.query(start[block], k=range(1, min(NEAR + 1, len(centre)) + 1))[1]
+        tried = np.concatenate([clusters.member[block, None], near], axis=1)
+        arm = start[block, None] - clusters.position[tried]
+        carried = centre[tried] + np.einsum("ncij,ncj->nci", maps.matrix[tried], arm)
+        misses = np.linalg.norm(carried - now[block, None], axis=2)
+        misses = np.where((bodies.component[tried] < 0) | np.isnan(misses), np.inf, misses)
+        best = misses.argmin(axis=1)[:, None]
+        cluster[block] = np.take_along_axis(tried, best, axis=1)[:, 0]
+        miss[block] = np.take_along_axis(misses, best, axis=1)[:, 0]
+    is_held = miss <= stray
     component = np.where(is_held, bodies.component[cluster], -1)
     return Bodies(
         component, np.where(is_held, bodies.crushed[cluster], 0.0), np.where(is_held, bodies.opened[cluster], 1.0)

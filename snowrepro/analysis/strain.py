@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from .clusters import Clusters
-from .near import find_near_pairs
+from .clusters import Clusters, measure_lengths
+from .near import find_near_pairs, square_distances
 
 FLAT = 0.02  # of neighbours' second moments: their determinant over that of a disc, below which they lie in a line
 MOST_ROUNDS = 10  # of parting pairs in one state
@@ -63,7 +63,7 @@ def find_neighbours(clusters: Clusters, radius: float) -> Neighbours:
     first = np.concatenate([[0], np.cumsum(np.bincount(own, minlength=len(clusters.mass)))])
     seen = np.concatenate([offset, -offset])[by_cluster]
     pair = np.tile(np.arange(len(pairs)), 2)[by_cluster]
-    length = np.linalg.norm(offset, axis=1)
+    length = measure_lengths(offset)
     return Neighbours(pairs, offset, length, first, other, pair, seen, clusters.mass[other])
 
 
@@ -81,7 +81,7 @@ class Partings:
     def extend(self, position: np.ndarray) -> None:
         """Take one more state of the clusters (k, 2 or 3) into account; what has no place (NaN) parts."""
         pairs = self.neighbours.pairs
-        length = np.linalg.norm(position[pairs[:, 1]] - position[pairs[:, 0]], axis=1)
+        length = np.sqrt(square_distances(position, pairs))
         self.is_joined &= ~np.isnan(length)
         limit = self.stretch * self.neighbours.length
         for _ in range(MOST_ROUNDS):  # whatever parts changes the maps of what it belonged to
@@ -99,7 +99,7 @@ class Partings:
         opening = np.maximum(np.abs(maps.change_of_volume), 1.0) ** (1 / position.shape[1])
         offset = self.neighbours.offset[chosen]
         ends = [
-            np.linalg.norm(np.einsum("mij,mj->mi", maps.matrix[end], offset), axis=1) / opening[end]
+            measure_lengths(np.einsum("mij,mj->mi", maps.matrix[end], offset)) / opening[end]
             for end in self.neighbours.pairs[chosen].T
         ]
         return np.maximum.reduce([*ends, self.neighbours.length[chosen]])
