@@ -63,7 +63,7 @@ def test_damage_is_what_broke(small_run, small_config):
     frames = small_run["snapshot"].values.tolist()
     paint = colour_by_damage(small_run, Run(small_config), frames)
     found = classify(small_run)
-    laid = np.bincount(found.bonds.pairs.ravel(), minlength=small_run.sizes["particle"])
+    laid = np.bincount(found.state.bonds.pairs.ravel(), minlength=small_run.sizes["particle"])
     assert (np.diff(paint.values, axis=0) >= 0).all()
     mean = np.average(paint.values, axis=1, weights=laid)
     released = [frame >= 20 for frame in frames]
