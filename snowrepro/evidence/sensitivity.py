@@ -9,6 +9,7 @@ import xarray as xr
 from ..analysis.bonds import BondHistory, Bonds
 from ..analysis.definitions import DEFINITIONS, State
 from ..analysis.fragments import ROUND_OFF
+from ..analysis.gauge import Gauge
 from ..analysis.motion import read_motion
 from ..analysis.states import Bodies
 from ..analysis.tree import HalfBonds, Tree, find_core_strain, find_holding_strain, grow_tree, sort_by_particle
@@ -45,8 +46,26 @@ def scan_definitions(run: Run) -> pd.DataFrame:
     bonds = read_bonds(run)
     with run.open() as dataset:
         spacing = float(dataset.attrs["grid_spacing"])
+        by_strain = scan_strain(dataset, run.config.question.analysis)
         others = _scan_other_definitions(dataset, bonds, run.config.question.analysis)
-    return pd.concat([scan_bonds(bonds, spacing), others], ignore_index=True)
+    return pd.concat([by_strain, scan_bonds(bonds, spacing), others], ignore_index=True)
+
+
+def scan_strain(dataset: xr.Dataset, analysis: Analysis) -> pd.DataFrame:
+    """Compute the part of ``scan_definitions`` that uses strain: its thresholds, its radius and the least lump."""
+    motion = read_motion(dataset)
+    rows: list[tuple] = []
+    for radius, stretch in ((RADII[1], STRETCHES[0]), *product(RADII, STRETCHES[1:2]), (RADII[1], STRETCHES[2])):
+        followed = analysis.model_copy(update={"strain_radius": radius, "part_stretch": stretch})
+        gauge = Gauge(motion, followed)
+        *_, (_, centre) = gauge.follow(int(motion.frames[-1]))
+        for change, least in product(CHANGES, LUMPS):
+            gauge.analysis = followed.model_copy(
+                update={"volume_change": change, "lump_mass": least, "lump_cells": 0.0}
+            )
+            lumps = float(gauge.divide_clusters(centre)[:, 0].sum())
+            rows.append(("strain", radius, stretch, float(np.mean(change)), "", *[np.nan] * 3, least, lumps))
+    return pd.DataFrame(rows, columns=[*CHOICES, "lump_fraction"])
 
 
 def scan_bonds(dataset: xr.Dataset, grid_spacing: float) -> pd.DataFrame:
@@ -59,7 +78,10 @@ def scan_bonds(dataset: xr.Dataset, grid_spacing: float) -> pd.DataFrame:
             tree = make_tree(pairs, halves, core)
             for strain in STRAINS:
                 weights = np.bincount(tree.cut(strain), weights=mass)
-                rows += [("bonds", sign, strain, core, link, least, _measure_lumps(weights, least)) for least in LUMPS]
+                rows += [
+                    ("bonds", *NO_STRAIN, sign, strain, core, link, least, _measure_lumps(weights, least))
+                    for least in LUMPS
+                ]
     return pd.DataFrame(rows, columns=[*CHOICES, "lump_fraction"])
 
 
@@ -95,7 +117,7 @@ def make_tree(pairs: np.ndarray, halves: HalfBonds, core_fraction: float) -> Tre
 def _scan_other_definitions(dataset: xr.Dataset, bond_dataset: xr.Dataset, analysis: Analysis) -> pd.DataFrame:
     """Compute the lump fraction by proximity, grid and damage in the last frame."""
     motion = read_motion(dataset.isel(snapshot=[-1]), release=int(dataset["snapshot"][-1]))
-    nothing = np.zeros(len(motion.mass))  # no strain is followed here
+    nothing = np.zeros(len(motion.mass))
     state = State(motion, 0, *_read_bonds(bond_dataset), Bodies(nothing.astype(int), nothing, nothing))
     rows: list[tuple] = []
 
@@ -103,7 +125,9 @@ def _scan_other_definitions(dataset: xr.Dataset, bond_dataset: xr.Dataset, analy
         """Add the rows of one definition with some settings of the analysis changed."""
         changed = analysis.model_copy(update=settings)
         weights = np.bincount(DEFINITIONS[name](state, changed), weights=motion.mass)
-        rows.extend((name, sign, strain, core, link, least, _measure_lumps(weights, least)) for least in LUMPS)
+        rows.extend(
+            (name, *NO_STRAIN, sign, strain, core, link, least, _measure_lumps(weights, least)) for least in LUMPS
+        )
 
     none = float("nan")
     for distance in DISTANCES:
