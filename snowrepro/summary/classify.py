@@ -19,7 +19,7 @@ from ..settings.analysis import Analysis
 from ..store import cf
 from ..store.files import published
 from ..store.netcdf import write_netcdf
-from ..text import make_printable
+from ..text import make_printable, quote
 from .measure import NEEDED
 
 LONGEST_CONFIG = 1_000_000  # letters
@@ -71,6 +71,8 @@ def classify(
     analysis = change_settings(analysis, settings)
     if frames is None:
         frames = [int(motion.frames[-1])]
+    if isinstance(frames, str) and frames != "all":
+        raise DataError(f'frames is {quote(frames)}: give a list of frames, or "all"')
     return classify_motion(motion, analysis, motion.frames.tolist() if isinstance(frames, str) else list(frames))
 
 

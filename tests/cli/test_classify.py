@@ -183,3 +183,13 @@ def test_what_is_no_file(snowrepro, tmp_path):
     shown = snowrepro("classify", "cut.nc")
     assert shown.returncode == 2
     assert f"cut off, as it should have {len(whole):,} bytes by its header" in shown.stderr
+
+
+def test_lengths_count_for_a_run_too(snowrepro, small_run, tmp_path):
+    """Another cell gives other strains, and one that is none is refused."""
+    small_run.to_netcdf(tmp_path / "run.nc")
+    wide, usual = (snowrepro("classify", "run.nc", "definition=strain", *cell) for cell in (["--cell", "5"], []))
+    assert wide.returncode == usual.returncode == 0, wide.stderr
+    assert wide.stdout.splitlines() != usual.stdout.splitlines()
+    refused = snowrepro("classify", "run.nc", "--cell", "-1")
+    assert (refused.returncode, refused.stderr.strip()) == (2, "error: run.nc: cell must be positive, not -1")

@@ -66,7 +66,8 @@ def execute(options: argparse.Namespace) -> ExitCode:
         files.require_writable(options.out)
     settings = _read_settings(options.overrides)
     named = _read_names(options)
-    needs_fragments = options.out or options.frames == "all" or (options.release, options.grid_spacing) != (None, None)
+    lengths = {name: getattr(options, name) for name in ("release", "grid_spacing", "cell", "cell_mass")}
+    needs_fragments = options.out or options.frames == "all" or any(value is not None for value in lengths.values())
     with _naming(options.data), store_run.open_particles(options.data, options.store, options.group) as dataset:
         if not (needs_fragments or named) and classify.is_whole_run(dataset):
             analysis = classify.change_settings(classify.read_analysis(dataset), settings)
@@ -75,10 +76,7 @@ def execute(options: argparse.Namespace) -> ExitCode:
         classified = classify.classify(
             dataset,
             frames="all" if options.frames == "all" else None,
-            release=options.release,
-            grid_spacing=options.grid_spacing,
-            cell_mass=options.cell_mass,
-            cell=options.cell,
+            **lengths,
             **named,
             **settings,
         )

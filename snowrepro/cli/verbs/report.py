@@ -46,6 +46,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         words,
         candidates.any_of(candidates.list_sweeps, candidates.list_experiments, candidates.list_overrides),
     )
+    # The words of "run -m", as one repeats them; a report is of all runs anyway.
+    parser.add_argument("-m", "--multirun", action="store_true", help=argparse.SUPPRESS)
     add_folders(parser, writes_reports=True)
 
 
@@ -65,7 +67,12 @@ def execute(options: argparse.Namespace) -> ExitCode:
         words.append(overrides.override_folder("store", store))
         reporting.print_paper_report(words, store)
         return ExitCode.FINE
-    reporting.print_report(plans.expand_name(name, words, store), store)
+    expanded = plans.expand_name(name, words, store)
+    chooses_seeds = name and any(word.startswith(("seeds=", "seed=")) for word in words)
+    if not chooses_seeds and not any(word.startswith("experiment=") for word in expanded):
+        # The folder has no seeds in its name, so that it is of all that the sweep was asked for with.
+        expanded = record.add_remembered_seeds(record.drop_seeds(expanded), store)
+    reporting.print_report(expanded, store)
     return ExitCode.FINE
 
 
