@@ -68,7 +68,8 @@ def execute(options: argparse.Namespace) -> ExitCode:
         reporting.print_paper_report(words, store)
         return ExitCode.FINE
     expanded = plans.expand_name(name, words, store)
-    chooses_seeds = name and any(word.startswith(("seeds=", "seed=")) for word in words)
+    choosing = ("seeds=", "seed=") if name else ("seeds=",)  # without a name, seed= is one of the sweep's own words
+    chooses_seeds = any(word.startswith(choosing) for word in words)
     if not chooses_seeds and not any(word.startswith("experiment=") for word in expanded):
         # The folder has no seeds in its name, so that it is of all that the sweep was asked for with.
         expanded = record.add_remembered_seeds(record.drop_seeds(expanded), store)
