@@ -1,4 +1,4 @@
-"""Lumps and powder in words, and as a notebook shows them."""
+"""Lumps, crushed and loose snow in words, and as a notebook shows them."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -7,18 +7,20 @@ import pandas as pd
 
 from ..markup import make_paragraph, make_table
 from ..quantities import add_unit, format_unit
+from .states import STATES
 
 MOST_ROWS = 10  # of fragments
 
 
 def describe_lumps(measures: Mapping[str, Any]) -> str:
-    """Describe lumps and powder in a sentence, from the measures of a frame or the row of numbers of a run."""
-    lumps, powder = int(measures["lumps"]), format_share(measures["powder_fraction"])
+    """Describe lumps, crushed and loose snow in a sentence, from the measures of a frame or the row of a run."""
+    lumps = int(measures["lumps"])
+    lump, crushed, loose = (format_share(measures[f"{state}_fraction"]) for state in STATES)
     if lumps == 0:
-        text = f"{powder} of the mass is powder, and no lump is left"
+        text = f"No lump is left: {crushed} of the mass is crushed, {loose} is loose"
     else:
         where = "1 lump" if lumps == 1 else f"{lumps:,} lumps"
-        text = f"{format_share(measures['lump_fraction'])} of the mass is in {where}, {powder} is powder"
+        text = f"{lump} of the mass is in {where}, {crushed} is crushed, {loose} is loose"
     gone = f", {format_share(measures['vanished'])} is no longer there" if measures["vanished"] > 0 else ""
     return f"{text}{gone}."
 
@@ -41,7 +43,7 @@ def make_html(title: str, measures: Mapping[str, Any], fragments: pd.DataFrame, 
     shown = fragments.sort_values("mass", ascending=False, kind="stable").head(MOST_ROWS)
     axes = [name.removeprefix("centre_") for name in shown.columns if name.startswith("centre_")]
     length = format_unit(unit)
-    header = ["fragment", "what it is", "mass [% of all]", "particles"]
+    header = ["fragment", "what it is", "mass [% of all]", "crushed in it [%]", "loose in it [%]", "particles"]
     header += [add_unit(f"{what} {axis}", length) for what in ("centre", "extent") for axis in axes]
     rest = len(fragments) - len(shown)
     return "".join(
@@ -58,6 +60,6 @@ def make_html(title: str, measures: Mapping[str, Any], fragments: pd.DataFrame, 
 def _make_row(fragment: pd.Series, axes: Sequence[str]) -> list[str]:
     """Return the cells of a fragment."""
     places = [f"{fragment[f'{what}_{axis}']:.1f}" for what in ("centre", "extent") for axis in axes]
-    what = "lump" if fragment["is_lump"] else "powder"
-    mass, particles = 100 * fragment["mass"], int(fragment["particles"])
-    return [f"{int(fragment['id'])}", what, f"{mass:.1f}", f"{particles:,}", *places]
+    what = "lump" if fragment["is_lump"] else "crushed" if fragment["crushed"] > fragment["loose"] else "loose"
+    parts = [f"{100 * fragment[name]:.1f}" for name in ("mass", "crushed", "loose")]
+    return [f"{int(fragment['id'])}", what, *parts, f"{int(fragment['particles']):,}", *places]

@@ -30,12 +30,13 @@ MOST_LETTERS = 80  # of a reason
 YES_OR_NO = " (1 yes, 0 no)"  # in the name of a column
 # The numbers of a run that are shown, and those of a sweep with the words above them; those that there are.
 NUMBERS = (
-    "hardness_depth", "indentation_work", "lump_fraction", "powder_fraction", "lumps", "largest_fragment",
-    "broken_bonds", "settled", "impact_speed", "density_at_release", "young_at_release", "particles", "seconds",
+    "hardness_depth", "indentation_work", "lump_fraction", "crushed_fraction", "loose_fraction", "lumps",
+    "largest_fragment", "settled", "impact_speed", "density_at_release", "young_at_release", "particles", "seconds",
 )  # fmt: skip
 SWEEP_NUMBERS = {
     "lump_fraction": "part of the mass in lumps",
-    "powder_fraction": "part that is powder",
+    "crushed_fraction": "crushed",
+    "loose_fraction": "loose",
     "lumps": "lumps",
     "hardness": "hardness",
 }

@@ -9,7 +9,7 @@ from .row import ALL_COLUMNS
 
 
 def describe_outcome(row: Mapping[str, Any], length_unit: str) -> str:
-    """Describe a row of numbers in a sentence or two: lumps and powder of a fall, the hardness of a hardness test.
+    """Describe a row of numbers in a sentence or two: what became of the snow in a fall, or its hardness in a test.
 
     ``length_unit``: of the run's reading, as files have it.
     """
@@ -23,8 +23,8 @@ def list_units(row: Mapping[str, Any], length_unit: str) -> dict[str, str]:
 
 
 def _describe_fall(row: Mapping[str, Any]) -> str:
-    """Describe lumps and powder at the end of a fall."""
-    unsettled = "" if row["settled"] else " Bonds still break at the end: the snow has not settled."
+    """Describe lumps, crushed and loose snow at the end of a fall."""
+    unsettled = "" if row["settled"] else " It still changes at the end: the snow has not settled."
     return f"{describe_lumps(row)}{unsettled}"
 
 

@@ -77,7 +77,7 @@ def test_settings_and_definitions(snowrepro, other):
         ([], "does not say when the snow was released"),
         (["--release", "9"], "the release in frame 9 is not stored: stored are 6 frames from 0 to 5"),
         (["--release", "0", "brake_strain=1"], "no setting 'brake_strain'"),
-        (["--release", "0", "break_strain=-1"], "break_strain: Input should be greater than 0"),
+        (["--release", "0", "break_strain=-1"], "break_strain: should be greater than 0 (got '-1')"),
         (["--release", "0", "proximity"], "'proximity' is not a setting: write name=value"),
         (["--release", "0", "--grid-spacing", "-1"], "grid_spacing must be positive"),
     ],

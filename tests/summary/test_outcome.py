@@ -4,34 +4,37 @@ import pytest
 
 from snowrepro.summary.outcome import describe_outcome, list_units
 
-FALL = {"lumps": 3, "lump_fraction": 0.7197, "powder_fraction": 0.2803, "vanished": 0.0, "settled": True}
+FALL = {"lumps": 3, "lump_fraction": 0.7197, "crushed_fraction": 0.2, "loose_fraction": 0.0803} | {
+    "vanished": 0.0,
+    "settled": True,
+}
 TEST = {"indenter": "disc", "hardness": 4912.4, "hardness_depth": 8.0}
 
 
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({}, "72 % of the mass is in 3 lumps, 28 % is powder."),
-        ({"lumps": 1}, "72 % of the mass is in 1 lump, 28 % is powder."),
+        ({}, "72 % of the mass is in 3 lumps, 20 % is crushed, 8 % is loose."),
+        ({"lumps": 1}, "72 % of the mass is in 1 lump, 20 % is crushed, 8 % is loose."),
         (
-            {"lumps": 0, "lump_fraction": 0.0, "powder_fraction": 1.0},
-            "100 % of the mass is powder, and no lump is left.",
+            {"lumps": 0, "lump_fraction": 0.0, "crushed_fraction": 1.0, "loose_fraction": 0.0},
+            "No lump is left: 100 % of the mass is crushed, 0 % is loose.",
         ),
         (
-            {"lump_fraction": 0.998, "powder_fraction": 0.002},
-            "more than 99 % of the mass is in 3 lumps, less than 1 % is powder.",
+            {"lump_fraction": 0.998, "crushed_fraction": 0.0, "loose_fraction": 0.002},
+            "more than 99 % of the mass is in 3 lumps, 0 % is crushed, less than 1 % is loose.",
         ),
         (
-            {"powder_fraction": 0.18, "vanished": 0.1},
-            "72 % of the mass is in 3 lumps, 18 % is powder, 10 % is no longer there.",
+            {"crushed_fraction": 0.1, "vanished": 0.1},
+            "72 % of the mass is in 3 lumps, 10 % is crushed, 8 % is loose, 10 % is no longer there.",
         ),
     ],
 )
-def test_a_fall_is_lumps_and_powder(changes, said):
+def test_a_fall_is_lumps_crushed_and_loose_snow(changes, said):
     assert describe_outcome(FALL | changes, "cell") == said
 
 
-def test_snow_that_still_breaks_is_told():
+def test_snow_that_still_changes_is_told():
     assert describe_outcome(FALL | {"settled": False}, "cell").endswith("the snow has not settled.")
 
 

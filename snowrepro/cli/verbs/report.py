@@ -11,7 +11,7 @@ from ...report.page import compare
 from ...sweep import plan as sweep_plan
 from ...sweep import record
 from .. import candidates, plans, reporting, screen
-from ..arguments import EXITS, add_folders, complete_by
+from ..arguments import EXITS, add_folders, add_needless_multirun, complete_by
 
 PAPER = "paper"
 HELP = f"""\
@@ -46,8 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         words,
         candidates.any_of(candidates.list_sweeps, candidates.list_experiments, candidates.list_overrides),
     )
-    # The words of "run -m", as one repeats them; a report is of all runs anyway.
-    parser.add_argument("-m", "--multirun", action="store_true", help=argparse.SUPPRESS)
+    add_needless_multirun(parser)
     add_folders(parser, writes_reports=True)
 
 
