@@ -19,7 +19,7 @@ import xarray as xr
 from omegaconf import DictConfig
 
 from .composition.compose import job_overrides, validate
-from .errors import Diverged, FailedBefore, LeaseLost, NoSolver, SnowreproError, StoreError
+from .errors import ConfigError, Diverged, FailedBefore, LeaseLost, NoSolver, SnowreproError, StoreError
 from .foreign import Unreadable, is_plain_file
 from .mpm import home, ledger
 from .progress import show_progress
@@ -49,8 +49,10 @@ def simulate(
     """Simulate one run, in memory alone; see ``simulate_case`` for what is returned and raised.
 
     ``progress``: whether to show a bar, on a terminal or in a notebook.  Raises NoSolver where Taichi is not installed,
-    ConfigError where it computes on another device than was asked for.
+    ConfigError where it computes on another device than was asked for, or for what is no configuration.
     """
+    if not isinstance(config, Config):
+        raise ConfigError(f"simulate takes a configuration, not {type(config).__name__}: simulate(compose([...]))")
     solver, device = _solver(), _device()
     warn_of_settings_left_out()
     with show_progress("frame", config.case.frames, is_hidden=not progress) as update:

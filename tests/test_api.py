@@ -5,10 +5,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import snowrepro
-from snowrepro.errors import ConfigError
+from snowrepro.errors import ConfigError, SnowreproError
 from tests.conftest import SMALL
 
 HEAVY = ("taichi", "numpy", "xarray", "matplotlib", "hydra", "pandas", "rich")
@@ -65,3 +66,19 @@ def test_a_wrong_sweep_is_refused_before_anything_is_run(tmp_path, monkeypatch):
     with pytest.raises(ConfigError, match="pressur"):
         snowrepro.run_sweep(["pressur=1,2"])
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda: snowrepro.simulate(["pressure=1"]), "simulate takes a configuration, not list"),
+        (lambda: snowrepro.open_run(3), "a run is named by its id or its path, not by int"),
+        (
+            lambda: snowrepro.classify(np.eye(9)[None, :, :2], release=0, grid_spacing=1.0, frames="some"),
+            "frames is 'some'",
+        ),
+    ],
+)
+def test_what_is_no_argument_is_said(call, told):
+    with pytest.raises(SnowreproError, match=told):
+        call()

@@ -54,7 +54,7 @@ def locate_clusters(clusters: Clusters, positions: np.ndarray) -> np.ndarray:
     particles have all vanished (NaN) has no centre (NaN).
     """
     places, member = positions.astype(float), clusters.member
-    is_there = ~np.isnan(places.sum(axis=1) if np.isnan(places.sum()) else np.zeros(len(places)))
+    is_there = np.isfinite(places).all(axis=1) if np.isnan(places.sum()) else np.ones(len(places), dtype=bool)
     centre = clusters.average @ places if is_there.all() else _average_some(clusters, places, is_there)
     is_spread = np.zeros(len(centre), dtype=bool)
     is_spread[member[is_there & _is_far(places, centre[member], clusters.size)]] = True

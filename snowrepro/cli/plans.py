@@ -1,5 +1,6 @@
 """What the overrides, and the names of sweeps, on a command line mean."""
 
+import re
 from collections.abc import Sequence
 
 from ..composition.overrides import override_folder
@@ -7,6 +8,8 @@ from ..errors import ConfigError
 from ..report.figures.kinds import needs_runs, require_drawable
 from ..sweep import record
 from ..sweep.plan import Plan, make_plan, split_seeds, split_store, with_seeds
+
+NAME_OF_SWEEP = re.compile(r"""[^'"\[({]*=[^'"\[({]*,[\w./@-]+=[^'"\[({]*""")  # several keys: no override has two
 
 
 def plan_overrides(overrides: Sequence[str], multirun: bool, part: tuple[int, int] | None = None) -> Plan:
@@ -38,7 +41,7 @@ def is_name(word: str) -> bool:
 
 def names_sweep(word: str, store: str) -> bool:
     """Whether a word stands for a sweep that the store remembers, or can be no override."""
-    return is_name(word) or record.find_sweep(word, store) is not None
+    return is_name(word) or NAME_OF_SWEEP.fullmatch(word) is not None or record.find_sweep(word, store) is not None
 
 
 def expand_name(name: str, overrides: Sequence[str], store: str) -> list[str]:

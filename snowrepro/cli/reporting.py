@@ -65,7 +65,8 @@ def print_drawn(
 ) -> None:
     """Draw a report, unless nothing changed since it was drawn, and print its lines: see ``draw_if_changed``."""
     say("looking for what changed since the report was drawn" if (folder / STAMP).exists() else "drawing the report")
-    lines, is_drawn = draw_if_changed(folder, digest_inputs(overrides, store), draw)
+    others = [word for word in overrides if not word.startswith("store=")]  # some verbs say where it is, some do not
+    lines, is_drawn = draw_if_changed(folder, digest_inputs(others, store), draw)
     if not is_drawn:
         say("nothing changed: the report stays as it is")
     show(*lines)

@@ -33,7 +33,7 @@ def classify(
     ``data``: a Dataset (a run, or particles of another code), positions (time, particle, axis), the id of a run in
     ``store`` or its beginning or end, or the path of a file.
     ``frames``: those whose fragments are wanted, "all" stored ones since release, or by default the last.
-    ``mass`` (n,), ``release`` (a frame), ``grid_spacing`` and ``cell_mass`` win over what the data says.
+    ``mass`` (n,), ``release`` (a frame), ``grid_spacing``, ``cell`` and ``cell_mass`` win over what the data says.
     ``analysis`` and ``settings`` by name (``definition="proximity"``, ``break_strain=0.2``) define what a lump is; by
     default the run's own configuration does, or conf/analysis/bonds.yaml.
     Variables and dimensions that have other names than the usual ones are named likewise:

@@ -2,7 +2,7 @@
 
 from typing import Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from .base import Settings
 
@@ -44,3 +44,15 @@ class Analysis(Settings):
         description="mass that changes its state, or neighbours that part, below which a run is settled [part of all]",
     )
     settled_frames: int = Field(gt=0, description="frames over which settled_change is taken [1]")
+
+    @model_validator(mode="after")
+    def _strain_can_be_judged(self) -> "Analysis":
+        least, most = self.volume_change
+        if not 0 <= least < most:
+            raise ValueError(f"volume_change must be two numbers that rise from 0 on, not {least:g} and {most:g}")
+        if self.join_reach > self.strain_radius:
+            raise ValueError(
+                f"join_reach ({self.join_reach:g}) must not exceed strain_radius ({self.strain_radius:g}): farther "
+                "neighbours are not followed"
+            )
+        return self

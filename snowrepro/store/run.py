@@ -371,6 +371,8 @@ def find_result(id_or_path: str | Path, store: str | Path) -> Path:
     It may be no regular file; only its reader can say so.  Raises StoreError if there is nothing, ConfigError if there
     are several.
     """
+    if not isinstance(id_or_path, str | Path):
+        raise ConfigError(f"a run is named by its id or its path, not by {type(id_or_path).__name__}")
     name, places = str(id_or_path), []
     with suppress(OSError, ValueError):  # a name too long, a folder that may not be entered, a name with a zero
         if os.path.lexists(id_or_path):

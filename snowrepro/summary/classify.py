@@ -13,13 +13,14 @@ from ..analysis.layout import Names
 from ..analysis.lumps import Classification, classify_motion
 from ..analysis.motion import read_motion
 from ..composition.compose import compose
+from ..composition.messages import explain
 from ..errors import ConfigError, DataError
 from ..foreign import parse_json
 from ..settings.analysis import Analysis
 from ..store import cf
 from ..store.files import published
 from ..store.netcdf import write_netcdf
-from ..text import make_printable
+from ..text import make_printable, quote
 from .measure import NEEDED
 
 LONGEST_CONFIG = 1_000_000  # letters
@@ -45,7 +46,7 @@ def classify(
     ``mass`` (n,), ``release`` (a frame), ``grid_spacing``, ``cell`` (over which strain is measured) and ``cell_mass``
     (of it, full of unpressed snow) win over what the data says.
     ``analysis`` and ``settings`` by name (``definition="proximity"``, ``break_strain=0.2``) define what a lump is; by
-    default the run's own configuration does, or conf/analysis/strain.yaml.
+    default the run's own configuration does, or conf/analysis/bonds.yaml.
     Variables and dimensions of a Dataset that have other names than the usual ones are named likewise, as in
     ``layout.Names``: ``position="coordinates"`` or ``"x,y"``, ``velocity``, ``particle_id``, ``time``,
     ``time_dimension``, ``particle_dimension``; ``mass`` may be a name too.  "none": the data has none.
@@ -71,6 +72,8 @@ def classify(
     analysis = change_settings(analysis, settings)
     if frames is None:
         frames = [int(motion.frames[-1])]
+    if isinstance(frames, str) and frames != "all":
+        raise DataError(f'frames is {quote(frames)}: give a list of frames, or "all"')
     return classify_motion(motion, analysis, motion.frames.tolist() if isinstance(frames, str) else list(frames))
 
 
@@ -111,7 +114,7 @@ def is_whole_run(dataset: xr.Dataset) -> bool:
 
 
 def compose_analysis() -> Analysis:
-    """Compose the settings of conf/analysis/strain.yaml."""
+    """Compose the settings that runs have by default."""
     return compose().question.analysis
 
 
@@ -143,5 +146,4 @@ def change_settings(analysis: Analysis, settings: dict[str, Any]) -> Analysis:
     try:
         return Analysis.model_validate({**analysis.model_dump(), **settings})
     except ValidationError as error:
-        wrong = "; ".join(f"{item['loc'][0]}: {item['msg']} (got {item['input']!r})" for item in error.errors())
-        raise ConfigError(wrong) from error
+        raise ConfigError("; ".join(explain(item) for item in error.errors())) from error

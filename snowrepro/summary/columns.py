@@ -90,7 +90,8 @@ FALL_COLUMNS = {
     "broken_bonds": Column("part of the bonds that broke by a stored frame"),
     "settled": Column("whether hardly any snow comes apart or is crushed any more (1 yes, 0 no)"),
     "changed": Column(
-        "part of the mass that changed its state in the last 20 frames, or of neighbours that parted, the larger"
+        "part of the mass that changed its state in the last frames (settled_frames), or of neighbours that parted, "
+        "the larger"
     ),
     "lumps_by_strain": Column("part of the mass in lumps by the strain of neighbourhoods"),
     "lumps_by_bonds": Column("part of the mass in lumps if bonds held particles together"),

@@ -10,6 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from snowrepro.composition.compose import compose
+from snowrepro.errors import ConfigError
 from snowrepro.summary.classify import classify
 from tests.analysis.bodies import (
     bend,
@@ -185,3 +187,24 @@ def test_snow_that_still_crumbles_has_not_settled():
     )
     assert at_rest.settled
     assert 0.01 < at_rest.last.loose_fraction < 0.03
+
+
+def test_bonds_hang_on_the_lattice_and_call_a_flat_body_powder():
+    """Which is why strain is the measure of what is seen: crushed to 0.65 of its height, lattice along and across."""
+    shares = []
+    for sample in ("lattice at 0 degrees", "lattice at 45 degrees"):
+        places = SAMPLES[sample]
+        flat = np.stack([places, places * [1, 0.65]])
+        by_bonds = classify(
+            flat, compose(["analysis=bonds"]).question.analysis, release=0, grid_spacing=1.0, cell=1.0, cell_mass=4.0
+        )
+        shares.append((by_bonds.lump_fraction, judge(places, flat[1])[0]))
+    (along, strained), (across, strained_too) = shares
+    assert across - along > 10 * 0.02  # ten times what strain may differ by
+    assert strained == pytest.approx(strained_too, abs=0.02)
+
+
+@pytest.mark.parametrize("wrong", [{"volume_change": (0.5, 0.2)}, {"volume_change": (-0.1, 0.2)}, {"join_reach": 3.0}])
+def test_thresholds_that_cannot_be_are_refused(wrong):
+    with pytest.raises(ConfigError, match=r"volume_change must be|join_reach .* must not exceed"):
+        classify(np.stack([DISC, DISC]), release=0, grid_spacing=1.0, **wrong)

@@ -100,7 +100,7 @@ def test_a_setting_of_two_numbers(snowrepro, other, tmp_path):
         ([], "does not say when the snow was released"),
         (["--release", "9"], "the release in frame 9 is not stored: stored are 6 frames from 0 to 5"),
         (["--release", "0", "brake_strain=1"], "no setting 'brake_strain'"),
-        (["--release", "0", "break_strain=-1"], "break_strain: Input should be greater than 0"),
+        (["--release", "0", "break_strain=-1"], "break_strain: should be greater than 0 (got '-1')"),
         (["--release", "0", "proximity"], "'proximity' is not a setting: write name=value"),
         (["--release", "0", "--grid-spacing", "-1"], "grid_spacing must be positive"),
     ],
@@ -206,3 +206,13 @@ def test_what_is_no_file(snowrepro, tmp_path):
     shown = snowrepro("classify", "cut.nc")
     assert shown.returncode == 2
     assert f"cut off, as it should have {len(whole):,} bytes by its header" in shown.stderr
+
+
+def test_lengths_count_for_a_run_too(snowrepro, small_run, tmp_path):
+    """Another cell gives other strains, and one that is none is refused."""
+    small_run.to_netcdf(tmp_path / "run.nc")
+    wide, usual = (snowrepro("classify", "run.nc", "definition=strain", *cell) for cell in (["--cell", "5"], []))
+    assert wide.returncode == usual.returncode == 0, wide.stderr
+    assert wide.stdout.splitlines() != usual.stdout.splitlines()
+    refused = snowrepro("classify", "run.nc", "--cell", "-1")
+    assert (refused.returncode, refused.stderr.strip()) == (2, "error: run.nc: cell must be positive, not -1")

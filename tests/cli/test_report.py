@@ -20,7 +20,7 @@ def test_a_paper_without_runs_says_how_to_make_them(snowrepro, tmp_path):
     assert done.stdout == "report: my_reports/paper/index.html\n"
     folder = tmp_path / "my_reports" / "paper"
     parts = {path.stem: path.read_text() for path in folder.glob("*.md")}
-    assert "../fig2/shapes.png" in parts["fig2"] and "12 of 13 parameters" in parts["table1"]
+    assert "../fig2/shapes.png" in parts["index"] and "12 of 13 parameters" in parts["table1"]
     for name in ("fig5", "fig6", "grid", "convergence"):
         assert f"**Not run here.** `snowrepro run experiment={name}`" in parts[name]
     assert set(re.findall(r"\]\((\w+)\.md\)", parts["index"])) == set(parts) - {"index"}, "each part has a link"
@@ -71,7 +71,7 @@ def test_seeds_once_asked_for_stay_in_the_report(snowrepro, tmp_path):
     assert json.loads((folder / "claims.json").read_text())["seeds"] == [0, 1]
     named = snowrepro("report", "fig5")
     assert named.returncode == 0 and "'fig5' stands for the newest of 2 sweeps: " in named.stderr
-    assert [*(tmp_path / "reports").iterdir()] == [folder]
+    assert [*(tmp_path / "my_reports").iterdir()] == [folder]
     assert json.loads((folder / "claims.json").read_text())["seeds"] == [0, 1]
     assert "2 done" in snowrepro("status", "fig5").stdout
     assert snowrepro("report", *FIG5, "seeds=1").returncode == 0

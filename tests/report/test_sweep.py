@@ -138,6 +138,21 @@ def test_a_name_is_enough(swept, report, snowrepro, plot):
     path.unlink()
 
 
+@pytest.mark.nightly
+def test_a_report_is_of_all_seeds_that_were_asked_for(small_run, snowrepro, tmp_path):
+    """By the words of either sweep, by their order or name: its folder has no seeds in its name."""
+    for seeds in ("0,1", "2"):
+        plan = make_plan([*ASKED[:-1], f"seed={seeds}", f"store={tmp_path}/runs"], multirun=True)
+        for run in plan.runs:
+            run.save(carrying(small_run, run.config), wall_seconds=2.0)
+        record.write_record(plan)
+    for words in ([*ASKED[:-1], "seed=2"], [*ASKED[:-1], "seed=0,1"], ["-m", *ASKED[:-1]]):
+        done = snowrepro("report", *words, f"store={tmp_path}/runs", f"reports={tmp_path}/reports")
+        assert done.returncode == 0, done.stderr
+        (page,) = (tmp_path / "reports").glob("*/index.md")
+        assert "12 of 12 runs" in page.read_text(), words
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [

@@ -11,7 +11,7 @@ from ...report.page import compare
 from ...sweep import plan as sweep_plan
 from ...sweep import record
 from .. import candidates, plans, reporting, screen
-from ..arguments import EXITS, add_folders, complete_by
+from ..arguments import EXITS, add_folders, add_needless_multirun, complete_by
 
 PAPER = "paper"
 HELP = f"""\
@@ -46,6 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         words,
         candidates.any_of(candidates.list_sweeps, candidates.list_experiments, candidates.list_overrides),
     )
+    add_needless_multirun(parser)
     add_folders(parser, writes_reports=True)
 
 
@@ -65,7 +66,13 @@ def execute(options: argparse.Namespace) -> ExitCode:
         words.append(overrides.override_folder("store", store))
         reporting.print_paper_report(words, store)
         return ExitCode.FINE
-    reporting.print_report(plans.expand_name(name, words, store), store)
+    expanded = plans.expand_name(name, words, store)
+    choosing = ("seeds=", "seed=") if name else ("seeds=",)  # without a name, seed= is one of the sweep's own words
+    chooses_seeds = any(word.startswith(choosing) for word in words)
+    if not chooses_seeds and not any(word.startswith("experiment=") for word in expanded):
+        # The folder has no seeds in its name, so that it is of all that the sweep was asked for with.
+        expanded = record.add_remembered_seeds(record.drop_seeds(expanded), store)
+    reporting.print_report(expanded, store)
     return ExitCode.FINE
 
 

@@ -236,7 +236,7 @@ def describe_lacking(sweep: CollectedSweep, roles: Roles) -> str:
     parts = [
         f"{count} of {total} runs {'has' if count == 1 else 'have'} {what}" for what, count in counts.items() if count
     ]
-    return ", ".join(parts)
+    return ", ".join(parts) if total else "there are no runs"
 
 
 def save_plot(figure: Figure, path: Path) -> None:
