@@ -39,7 +39,7 @@ class Bodies:
 
 
 def join_clusters(neighbours: Neighbours, partings: Partings, maps: Maps, reach: float, analysis: Analysis) -> Bodies:
-    """Find the bodies of clusters: those at most ``reach`` apart at release, and nearest ones, that hold together still.
+    """Find the bodies of clusters: those near at release (at most ``reach``, or nearest) that hold together still.
 
     What came apart altogether joins nothing; a cluster that lost all that it was joined to is in no body.
     """

@@ -34,10 +34,8 @@ def test_what_is_not_said_is_assumed_and_told():
     """Grid spacing from the particles, within a tenth of the true one; equal masses; a cell of four."""
     found = classify(STATES, release=0)
     assert found.motion.grid_spacing == pytest.approx(2.0, rel=0.1)
-    assert [line.split(":")[0] for line in found.assumed] == [
-        "mass", "grid spacing", "a cell, over which strain is measured", "mass of a cell",
-    ]  # fmt: skip
-    told = classify(foreign(release_frame=0, grid_spacing=2.0, cell_mass=100.0), mass=25.0, cell=1.0)
+    assert [line.split(":")[0] for line in found.assumed] == ["mass", "grid spacing", "cell", "mass of a cell"]
+    told = classify(foreign(release_frame=0, grid_spacing=2.0, cell=2.0, cell_mass=100.0), mass=25.0)
     assert told.assumed == []
     assert told.motion.grid_spacing == 2.0
 

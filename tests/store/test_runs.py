@@ -73,7 +73,7 @@ def test_ids_stay(overrides, name):
     else:
         del physics["indenter"]
     whole = json.dumps({"model_version": 4, **physics}, sort_keys=True, separators=(",", ":"))
-    assert canonical(case, 3) == whole
+    assert canonical(case, 4) == whole
 
 
 def test_ids_remember_no_section_that_is_gone():
