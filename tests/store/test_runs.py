@@ -54,7 +54,7 @@ def test_any_physics_gives_another_id(change):
         (["pressure=2000", "indenter=disc"], "ball-L-2000-paper-paper-0-disc-05a08d6198"),
         (
             ["pressure=2000", "indenter=disc", "loading.frames=400", "indenter.speed=0.5"],
-            "ball-L-2000-paper-paper-0-disc-ea6e5b55a1",
+            "ball-L-2000-paper-paper-0-disc-ba12f0ce06",
         ),
         (["pressure=2000", "solver=pic_flip", "fidelity=preview"], "ball-L-2000-paper-preview-0-1d098ca271"),
         (["pressure=2000", "solver=cuda", "threads=4"], "ball-L-2000-paper-paper-0-61e91ebfc1"),
