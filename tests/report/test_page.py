@@ -23,7 +23,7 @@ from snowrepro.store.run import Run
 from snowrepro.summary.row import ARM
 from snowrepro.sweep.plan import make_plan
 from tests.analysis.pictures import ball, classified
-from tests.configs import changed
+from tests.configs import carrying, changed
 from tests.conftest import QUICK, SMALL
 from tests.report.reports import reported
 
@@ -290,6 +290,28 @@ def test_falls_without_any_test_of_hardness_are_a_report_too(stored):
     assert {p.name for p in report.evidence.folder.glob("*.png")} == {"curves.png", "measures.png", "scatter.png"}
 
 
+def test_finer_grids_have_steps_and_an_order(stored, small_run, tmp_path):
+    """Three grids of which two have the same result: a step that is none; the third is missing, until it is there."""
+    study = Experiment(name="refinement", title="refinement", picture="refinement")
+    runs = []
+    for dx in (2.0, 1.0, 0.5):
+        config = compose([*SMALL, f"fidelity.dx={dx}", "pressure=3000", f"store={tmp_path}/runs"])
+        runs.append(of(study, Run(config), reports=f"{tmp_path}/reports"))
+    for run in runs[:2]:
+        run.save(carrying(small_run, run.config), wall_seconds=2.0, seconds_per_frame=0.01)
+    report = reported(runs)
+    assert "from cells of 2 to 1" not in report.content.verdict
+    table = pd.read_csv(report.evidence.folder / "refinement.csv").set_index(["sintering", "measure"])
+    assert table.loc[("sintered", "lump_fraction"), "words"] == "not run on three grids"
+    assert {"refinement.png", "ends.png"} <= {path.name for path in report.evidence.folder.iterdir()}
+    finest = carrying(small_run, runs[2].config)
+    runs[2].save(finest, wall_seconds=2.0, seconds_per_frame=0.01)
+    report = reported(runs)
+    assert "from cells of 1 to 0.5, 0 of 3 shares of the mass move by more than 0.05" in report.content.verdict
+    table = pd.read_csv(report.evidence.folder / "refinement.csv").set_index(["sintering", "measure"])
+    assert table.loc[("sintered", "flattening_end"), "words"] == "moves by no more than seeds differ"
+
+
 @pytest.mark.parametrize(
     "experiment",
     [
@@ -298,6 +320,7 @@ def test_falls_without_any_test_of_hardness_are_a_report_too(stored):
         "laws",
         "calibration",
         "convergence",
+        "refinement",
         "hardness",
     ],
 )

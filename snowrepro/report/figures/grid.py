@@ -13,12 +13,12 @@ from ...evidence.claims import ARMS, JudgedScene, ShapeCount, Verdict, select_ar
 from ...evidence.gather import Evidence
 from ...settings.question import Claims
 from ...store.run import Run
-from ...summary.classify import classify
 from ...summary.row import ARM
 from ...text import make_cells
 from ..document import Block, FigureContent, Heading, Picture, Table, escape
-from ..drawing.common import choose_font, draw_background, draw_snow, get_panel_size, save_figure
-from ..drawing.states import FOOT, add_state_legend, colour_fragments
+from ..drawing.common import choose_font, get_panel_size, save_figure
+from ..drawing.ends import draw_end
+from ..drawing.states import FOOT, add_state_legend
 from ..sections import claims as claims_section
 from ..sections.response import list_disagreements
 from .kinds import FigureKind
@@ -146,15 +146,8 @@ def _draw_sheet(runs: Sequence[Run], evidence: Evidence, name: str) -> None:
     grid = figure.subplots(len(shapes), len(floors), squeeze=False, gridspec_kw={"height_ratios": heights})
     for run in runs:
         ax = grid[shapes.index(run.case.shape.name), floors.index(run.case.floor.name)]
-        draw_background(ax, run)
+        draw_end(ax, run, evidence.is_done(run), PANEL)
         ax.set_ylim(0, heights[shapes.index(run.case.shape.name)] * get_panel_size(run)[0])
-        if not evidence.is_done(run):
-            ax.text(0.5, 0.5, "missing", transform=ax.transAxes, ha="center", color="white")
-            continue
-        with run.open() as dataset:
-            colours = colour_fragments(classify(dataset, run.config.question.analysis))[0]
-            places = dataset["position"][-1].values
-        draw_snow(ax, run, places, PANEL * 72 / get_panel_size(run)[0], colours)
     for floor, ax in zip(floors, grid[0], strict=True):
         ax.set_title(floor, fontsize=choose_font(size[0]))
     for shape, ax in zip(shapes, grid[:, 0], strict=True):
