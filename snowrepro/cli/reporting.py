@@ -53,7 +53,7 @@ def print_paper_report(overrides: Sequence[str], store: str) -> None:
 
     def draw() -> tuple[list[str], list[Path]]:
         """Draw the report and those of its experiments; returns what to print, and all folders."""
-        planned = paper.plan_paper(overrides, store)
+        planned = paper.plan_paper(overrides, store, say)
         pages = leave_out_broken(lambda: paper.write_paper(planned, say))
         return [f"report: {pages[0]}"], [page.parent for page in pages]
 

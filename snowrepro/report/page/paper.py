@@ -54,9 +54,18 @@ class PlannedPaper:
     folder: Path
 
 
-def plan_paper(overrides: Sequence[str], store: str) -> PlannedPaper:
-    """Plan the report on all of the paper's experiments: their runs, and where it is written.  Raises ConfigError."""
-    planned = [_plan_experiment([f"experiment={name}", *overrides], store) for name in list_in_paper_order()]
+def plan_paper(
+    overrides: Sequence[str], store: str, show_step: Callable[[str], None] = lambda line: None
+) -> PlannedPaper:
+    """Plan the report on all of the paper's experiments: their runs, and where it is written.
+
+    ``show_step`` is given a line on each experiment before it is planned.  Raises ConfigError.
+    """
+    names = list_in_paper_order()
+    planned = []
+    for number, name in enumerate(names, 1):
+        show_step(f"looking for the runs of {name} ({number} of {len(names)})")
+        planned.append(_plan_experiment([f"experiment={name}", *overrides], store))
     return PlannedPaper(tuple(planned), tuple(overrides), store, find_paper_folder(overrides))
 
 
