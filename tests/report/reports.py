@@ -12,6 +12,7 @@ from snowrepro.sweep.enumeration import Planned
 from snowrepro.sweep.plan import Plan
 
 LIKE_THE_PAPER = {340: 0.2, 530: 0.52, 3300: 0.8}
+PRESSURES = f"pressure={','.join(map(str, LIKE_THE_PAPER))}"  # whatever those of an experiment are
 
 
 def reported(runs: Sequence[Run], overrides: Sequence[str] = ()) -> ExperimentReport:

@@ -19,7 +19,7 @@ from snowrepro.report.sections.witness import describe_bodies
 from snowrepro.store.run import Run
 from snowrepro.summary.row import ARM
 from snowrepro.sweep.plan import make_claims_plan, make_plan
-from tests.report.reports import fill, paper_like, reported
+from tests.report.reports import PRESSURES, fill, paper_like, reported
 
 
 @pytest.fixture
@@ -35,7 +35,7 @@ def judged(tmp_path, monkeypatch):
 
     def judge(*overrides: str, seeds: int = 3, lumps: Callable[[Run], float | None] = paper_like):
         folders = [f"store={tmp_path}/runs", f"reports={tmp_path}/reports"]
-        plan = fill(make_claims_plan([*overrides, *folders], seeds), lumps)
+        plan = fill(make_claims_plan([*overrides, PRESSURES, *folders], seeds), lumps)
         report = reported(plan.runs, plan.overrides)
         return report, json.loads((report.evidence.folder / "claims.json").read_text())
 
@@ -66,7 +66,7 @@ def test_an_eye_is_asked_where_a_claim_speaks_of_powder():
 def test_one_scene_on_disk(judged, tmp_path):
     """Verdicts, numbers by cell, P50, the claims as they stood, and no folder of this machine."""
     report, record = judged("experiment=fig6")
-    assert report.evidence.folder == tmp_path / "reports" / "fig6"
+    assert report.evidence.folder == tmp_path / "reports" / f"fig6,{PRESSURES}"
     found = {p.name for p in report.evidence.folder.iterdir()}
     assert {"index.html", "index.md", "response.png", "claims.json", "claims.csv"} <= found
     (scene,) = record["scenes"]
@@ -91,7 +91,7 @@ def test_one_scene_on_disk(judged, tmp_path):
     assert table.loc["C6", "verdict"] == "NOT RUN"
     page = (report.evidence.folder / "index.md").read_text()
     assert page.index("| C1 |") < page.index("response.png") < page.index("The rules by which")
-    assert "snowrepro run experiment=fig6 seed=0,1,2" in page
+    assert f"snowrepro run experiment=fig6 {PRESSURES} seed=0,1,2" in page
     lead = page.replace("Fig\\.", "Fig.").replace("\\.", ".").replace("\\(", "(").replace("\\)", ")")
     told = "mass in lumps, smallest change from 530 to 3300: 0.28 in all 3 seeds (crushed 0.00, 0.00, 0.00)."
     statement = "With sintering, lumps grow with every step of the pressure."

@@ -6,7 +6,7 @@ import pytest
 from snowrepro.report.figures.strip import Row
 from snowrepro.report.page.compare import write_comparison
 from snowrepro.sweep.plan import make_claims_plan
-from tests.report.reports import LIKE_THE_PAPER, fill, paper_like
+from tests.report.reports import LIKE_THE_PAPER, PRESSURES, fill, paper_like
 
 
 @pytest.fixture
@@ -19,7 +19,7 @@ def compared(tmp_path, monkeypatch):
         monkeypatch.setattr(f"snowrepro.report.sections.{module}.make_blocks", lambda _: [])
 
     def compare(lumps):
-        common = ["experiment=fig6", f"store={tmp_path}/runs", f"reports={tmp_path}/reports"]
+        common = ["experiment=fig6", PRESSURES, f"store={tmp_path}/runs", f"reports={tmp_path}/reports"]
         first = fill(make_claims_plan(common, 3), paper_like)
         second = fill(make_claims_plan([*common, "reading.gravity=20"], 3), lumps)
         page = write_comparison(first, second)

@@ -14,7 +14,7 @@ from snowrepro.settings.case import ARMS
 from snowrepro.store.provenance import provenance
 from snowrepro.summary.row import ARM, tabulate_runs
 from snowrepro.sweep.plan import make_claims_plan, require_one_run_a_cell
-from tests.report.reports import fill, paper_like
+from tests.report.reports import PRESSURES, fill, paper_like
 
 SEEDS = 3
 MADE_BY = provenance()
@@ -43,7 +43,7 @@ def judged(*overrides: str, lost: tuple[str, float, int] | None = None) -> Evide
     def lumps(run):
         return None if (run.case.sintering.name, run.case.pressure, run.case.seed) == lost else paper_like(run)
 
-    plan = make_claims_plan(["experiment=fig6", *overrides], SEEDS)
+    plan = make_claims_plan(["experiment=fig6", PRESSURES, *overrides], SEEDS)
     return gather_evidence(fill(plan, lumps).runs, Path("report"))
 
 
@@ -111,7 +111,7 @@ def test_a_claim_takes_its_arm_from_the_column_alone():
 )
 def test_two_options_of_one_arm_are_two_runs_of_one_cell(options, arm):
     """A claim could not choose between them."""
-    plan = make_claims_plan(["experiment=fig6", f"sintering={options}"], SEEDS)
+    plan = make_claims_plan(["experiment=fig6", PRESSURES, f"sintering={options}"], SEEDS)
     message = rf"two of the runs are star on stair3, {arm}, pressure 340, seed 0: claims need one of each"
     with pytest.raises(ConfigError, match=message):
         require_one_run_a_cell(plan)
@@ -120,7 +120,7 @@ def test_two_options_of_one_arm_are_two_runs_of_one_cell(options, arm):
 @pytest.mark.parametrize("options", ["paper,off", "extra,off", "unsintered,none"])
 def test_an_option_of_each_arm_makes_one_run_a_cell(options):
     """Two arms, three pressures, and the seeds."""
-    plan = make_claims_plan(["experiment=fig6", f"sintering={options}"], SEEDS)
+    plan = make_claims_plan(["experiment=fig6", PRESSURES, f"sintering={options}"], SEEDS)
     require_one_run_a_cell(plan)
     assert len({(run.case.arm, run.case.pressure, run.case.seed) for run in plan.runs}) == 2 * 3 * SEEDS
 

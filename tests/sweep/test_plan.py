@@ -21,7 +21,7 @@ def test_a_sweep_is_the_product():
 
 
 def test_an_experiment_names_its_runs_and_the_command_line_wins():
-    assert len(make_plan(["experiment=fig5"], False).runs) == 6
+    assert len(make_plan(["experiment=fig5"], False).runs) == 2 * 5  # with and without sintering, five pressures
     fewer = make_plan(["experiment=fig5", "pressure=510", "fidelity=preview"], False)
     assert [(run.case.pressure, run.case.sintering.name, run.case.fidelity.name) for run in fewer.runs] == [
         (510, "paper", "preview"),
@@ -100,5 +100,5 @@ def test_what_claims_cannot_be_judged_by_is_refused(overrides, seeds, message):
 @pytest.mark.parametrize("overrides", [["experiment=convergence"], ["experiment=fig5", "solver.cfl=0.1,0.2"]])
 def test_a_claim_cannot_choose_between_variants_of_a_run(overrides):
     """Which of them would it be judged by?"""
-    with pytest.raises(ConfigError, match="two of the runs are ball on L, sintered, pressure 340, seed 0"):
+    with pytest.raises(ConfigError, match="two of the runs are ball on L, sintered, pressure [0-9]+, seed 0"):
         require_one_run_a_cell(make_claims_plan(overrides, 1))
