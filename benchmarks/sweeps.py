@@ -29,8 +29,8 @@ ROOT = Path(__file__).resolve().parents[1]
 LARGE = ["experiment=grid", "seed=range(0,596)"]
 SMALL_LARGE = ["experiment=grid"]
 # Of the grid's runs those on one floor of seven, 24, without its report; and four of them.
-GRID = ["-m", "fidelity=preview", "shape=rectangle,ball,triangle,star", "sintering=paper,none", "pressure=340,530,3300"]
-FEW = ["-m", "fidelity=preview", "sintering=paper,none", "pressure=340,530"]
+GRID = ["-m", "fidelity=preview", "shape=rectangle,ball,triangle,star", "sintering=paper,none", "pressure=300,740,2900"]
+FEW = ["-m", "fidelity=preview", "sintering=paper,none", "pressure=300,740"]
 # Calls the command line and says on the last line how much memory it took at most [MB].
 MEASURED = """
 import atexit, runpy, sys

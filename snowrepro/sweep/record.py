@@ -160,7 +160,7 @@ def find_sweep(word: str, store: str | Path, more: Sequence[str] = (), is_name: 
 
 
 def _could_be_override(word: str) -> bool:
-    """Whether a word could be an override of one key, such as pressure=340,530."""
+    """Whether a word could be an override of one key, such as pressure=300,740."""
     return word.count("=") == 1 and "," not in word.partition("=")[0]
 
 

@@ -46,9 +46,9 @@ def test_any_physics_gives_another_id(change):
 @pytest.mark.parametrize(
     ("overrides", "name"),
     [
-        ([], "ball-L-3300-paper-paper-0-cfc40a6184"),
+        ([], "ball-L-2900-paper-paper-0-a9a28df026"),
         (["pressure=2000"], "ball-L-2000-paper-paper-0-f2e5567849"),
-        (["pressure=530", "seed=3"], "ball-L-530-paper-paper-3-0c99dea92d"),
+        (["pressure=740", "seed=3"], "ball-L-740-paper-paper-3-065f7b6692"),
         (["shape=star", "floor=stair3", "sintering=none", "pressure=3300"], "star-stair3-3300-none-paper-0-d98e088874"),
         (["pressure=2000", "reading=si"], "ball-L-2000-paper-paper-0-df8caa94c9"),
         (["pressure=2000", "indenter=disc"], "ball-L-2000-paper-paper-0-disc-05a08d6198"),

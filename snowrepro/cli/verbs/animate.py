@@ -28,10 +28,10 @@ says what its run differs in, and one whose run has no result says why.
   damage      part of each particle's bonds that broke
 
 examples:
-  snowrepro animate ball-L-530-paper-paper-0-2f63b27e3e
+  snowrepro animate ball-L-740-paper-paper-0-5ae7c16ddc
   snowrepro animate 2f63b27e3e --by damage --speed 0.25 --from 250 --out impact.gif
   snowrepro animate experiment=fig5 --out fig5.mp4
-  snowrepro animate experiment=grid pressure=3300 sintering=paper --fps 8 --width 1600
+  snowrepro animate experiment=grid pressure=5900 sintering=paper --fps 8 --width 1600
 """
 
 

@@ -21,7 +21,7 @@ grid_spacing, cell and cell_mass.  A particle that is NaN from some frame to the
 dimension has another name, say it with the options below; the name 'none' says that the file has none.
 
 examples:
-  snowrepro classify ball-L-530-paper-paper-0-2f63b27e3e
+  snowrepro classify ball-L-740-paper-paper-0-5ae7c16ddc
   snowrepro classify other.nc --release 40 definition=proximity --frames all --out fragments
   snowrepro classify drifters.nc --release 0 --position lon_m,lat_m --time-dimension obs --id none
 """

@@ -11,7 +11,7 @@ HELP = """\
 What differs between two runs, or two sweeps cell by cell: configuration, code, environment, results.
 
 examples:
-  snowrepro diff ball-L-530-paper-paper-0-2f63b27e3e 0b9a8e9d2c
+  snowrepro diff ball-L-740-paper-paper-0-5ae7c16ddc bc03aab03a
   snowrepro diff fig5 fig5,fidelity=preview                an experiment's name: its newest sweep
 """
 

@@ -26,7 +26,7 @@ tests the hardness), without colour= another setting that varies.  Units are tho
   panel    a panel for each value
 
 examples:
-  snowrepro plot pressure=340,3300,sintering=paper,none
+  snowrepro plot pressure=300,2900,sintering=paper,none
   snowrepro plot fig5 x=pressure y=lump_fraction colour=sintering --log x
   snowrepro plot grid y=lump_fraction colour=sintering panel=floor --out lumps.pdf
   snowrepro plot hardness x=density_at_release y=hardness colour=pressure --log y --out hardness.svg

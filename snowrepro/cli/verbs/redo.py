@@ -17,7 +17,7 @@ where that is beside the manifest, and with the checksums of the arrays in the m
 examples:
   snowrepro redo 2f63b27e3e
   snowrepro redo manifest.json
-  snowrepro redo /shared/runs/ball-L-530-paper-paper-0-2f63b27e3e --into elsewhere
+  snowrepro redo /shared/runs/ball-L-740-paper-paper-0-5ae7c16ddc --into elsewhere
 
 exit codes: 0 the same bits, 1 not the same bits, 2 bad input (no such run, broken manifest), 3 the run failed,
 4 redone, but nothing to compare with, 130 interrupted

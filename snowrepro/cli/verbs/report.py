@@ -23,8 +23,8 @@ examples:
   snowrepro report fidelity=preview        the same from coarse runs
   snowrepro report fig5
   snowrepro report fig5 seeds=3 store=/shared/runs
-  snowrepro report pressure=340,3300,sintering=paper,none   any sweep, by the name that 'snowrepro status' shows
-  snowrepro report pressure=340,3300 sintering=paper,none   the same, by the words of 'snowrepro run -m'
+  snowrepro report pressure=300,2900,sintering=paper,none   any sweep, by the name that 'snowrepro status' shows
+  snowrepro report pressure=300,2900 sintering=paper,none   the same, by the words of 'snowrepro run -m'
   snowrepro report fig5 --against fig5,reading=si           two sweeps side by side, differences first
   snowrepro report fig5 --against fig5 --against-store ../before/runs      two versions
 

@@ -17,7 +17,7 @@ A run that diverged is not run again by itself, as it would diverge again.  This
 examples:
   snowrepro retry grid
   snowrepro retry grid hydra.launcher.time_limit_minutes=60
-  snowrepro retry ball-L-530-paper-paper-0-2f63b27e3e
+  snowrepro retry ball-L-740-paper-paper-0-5ae7c16ddc
 
 {EXITS}
 """

@@ -17,8 +17,8 @@ A run or sweep that was stopped in whatever way goes on where it was; what is do
 calls at once, on one machine or many, share the work.  seeds=N is short for seed=0,..,N-1.
 
 examples:
-  snowrepro run shape=ball floor=L pressure=3300 sintering=paper fidelity=preview
-  snowrepro run -m pressure=340,3300 sintering=paper,none
+  snowrepro run shape=ball floor=L pressure=2900 sintering=paper fidelity=preview
+  snowrepro run -m pressure=300,2900 sintering=paper,none
   snowrepro run experiment=fig5
   snowrepro run experiment=grid hydra.launcher.workers=4 hydra.launcher.time_limit_minutes=30
   snowrepro run experiment=grid hydra/launcher=ray

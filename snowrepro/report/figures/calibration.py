@@ -1,4 +1,4 @@
-"""How the three pressures were chosen that the paper does not print."""
+"""How the pressures were chosen that the paper does not print."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -27,7 +27,7 @@ def report(evidence: Evidence) -> FigureContent:
     verdict = f"Pressures for lump fractions {', '.join(f'{target:g}' for target in targets)}: {pressures} {unit}."
     curve = Picture(
         "curve.png",
-        "Mass fraction in lumps over pressure, rising, with the three targets and the pressures that reach them.",
+        "Mass fraction in lumps over pressure, rising, with the targets and the pressures that reach them.",
         "A rising curve is fitted over log pressure (isotonic regression) and read off at the targets. "
         "Only the sintered runs of this scene are used; rows without sintering and all other scenes are not.",
         data="summary.csv",

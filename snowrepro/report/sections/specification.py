@@ -96,7 +96,7 @@ def _choose_claims(runs: Sequence[Run]) -> list[Claim]:
 
 
 def search_other_pressures(evidence: Evidence) -> list[Block]:
-    """Search each setting's own three pressures, among those of a ladder, at which claims on sintered snow hold.
+    """Search each setting's own three pressures of a ladder, at which the claims on sintered snow hold.
 
     ``make_blocks`` is unfair to settings that were not used to choose the pressures; this is not.
     """
