@@ -1,5 +1,7 @@
 """How hard snow is: what an indenter needs, how flat the fall makes the snow, and how it rebounds."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 LAST = 0.1  # part of the depth, up to the whole of it, over which the hardness is taken: the force vibrates
@@ -56,12 +58,15 @@ def measure_impact(heights: np.ndarray, speeds: np.ndarray) -> dict[str, float]:
 
 def measure_height(places: np.ndarray, mass: np.ndarray) -> float:
     """Height of the middle nine tenths of the mass; ``places``: of the particles along the upward axis; both (n,)."""
-    low, high = BODY
-    return find_quantile(places, mass, high) - find_quantile(places, mass, low)
+    low, high = find_quantiles(places, mass, BODY)
+    return float(high - low)
 
 
-def find_quantile(values: np.ndarray, mass: np.ndarray, part: float) -> float:
-    """The value below which ``part`` of the mass lies, linear between the middles of neighbours; both (n,)."""
+def find_quantiles(values: np.ndarray, mass: np.ndarray, parts: Sequence[float]) -> np.ndarray:
+    """The values (k,) below which ``parts`` (k,) of the mass lie, linear between the middles of neighbours.
+
+    ``values`` and ``mass``: both (n,).
+    """
     order = np.argsort(values, kind="stable")
     below = np.cumsum(mass[order])
-    return float(np.interp(part * below[-1], below - 0.5 * mass[order], values[order]))
+    return np.interp(np.multiply(parts, below[-1]), below - 0.5 * mass[order], values[order])

@@ -5,7 +5,7 @@ import pytest
 
 from snowrepro.analysis.hardness import (
     cut_curve,
-    find_quantile,
+    find_quantiles,
     measure_chord,
     measure_hardness,
     measure_height,
@@ -25,10 +25,10 @@ from tests.validation.test_restart import assert_same_bits
 
 def test_quantiles_are_of_mass():
     """Half of the mass, not of the particles, lies below the median."""
-    assert find_quantile(np.array([1.0, 2.0, 3.0]), np.ones(3), 0.5) == 2.0
-    assert find_quantile(np.array([3.0, 1.0, 2.0]), np.array([6.0, 1.0, 1.0]), 0.5) > 2.5
+    assert find_quantiles(np.array([1.0, 2.0, 3.0]), np.ones(3), [0.5]) == [2.0]
+    assert find_quantiles(np.array([3.0, 1.0, 2.0]), np.array([6.0, 1.0, 1.0]), [0.5]) > 2.5
     even = np.arange(1001) / 1000
-    np.testing.assert_allclose([find_quantile(even, np.ones(1001), q) for q in (0.05, 0.95)], [0.05, 0.95], atol=1e-3)
+    np.testing.assert_allclose(find_quantiles(even, np.ones(1001), (0.05, 0.95)), [0.05, 0.95], atol=1e-3)
 
 
 def columns_of_snow(heights: list[float]) -> np.ndarray:

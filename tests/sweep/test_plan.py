@@ -100,5 +100,5 @@ def test_what_claims_cannot_be_judged_by_is_refused(overrides, seeds, message):
 @pytest.mark.parametrize("overrides", [["experiment=convergence"], ["experiment=fig5", "solver.cfl=0.1,0.2"]])
 def test_a_claim_cannot_choose_between_variants_of_a_run(overrides):
     """Which of them would it be judged by?"""
-    with pytest.raises(ConfigError, match="two of the runs are ball on L, sintered, pressure [0-9]+, seed 0"):
+    with pytest.raises(ConfigError, match=r"two of the runs are ball on L, sintered, pressure \d+, seed 0"):
         require_one_run_a_cell(make_claims_plan(overrides, 1))
