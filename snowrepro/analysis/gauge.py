@@ -1,12 +1,13 @@
 """The strain gauge on a body of snow: its clusters, followed frame by frame, and what became of its particles."""
 
 from collections.abc import Iterator
+from functools import cached_property
 
 import numpy as np
 
 from ..settings.analysis import Analysis
 from .motion import Motion
-from .states import Bodies, attach_particles, divide_mass, join_clusters
+from .states import Bodies, attach_particles, divide_mass, find_carriers, find_near, join_clusters
 from .strain import Maps, Partings, find_maps, find_neighbours
 from .track import follow_clusters, make_motion_clusters
 
@@ -19,12 +20,18 @@ class Gauge:
         self.start = motion.position[0].astype(float)
         self.clusters = make_motion_clusters(self.start, motion.mass, motion.cell, motion.track)
         self.neighbours = find_neighbours(self.clusters, analysis.strain_radius * motion.cell)
+        self.is_near = find_near(self.neighbours, len(self.clusters.mass), analysis.join_reach * motion.cell)
         self.partings = Partings(self.neighbours, analysis.part_stretch)
 
     @property
     def frames(self) -> np.ndarray:
         """The frames that can be followed: all since the release where the run did, else those that are stored."""
         return self.motion.frames if self.motion.track is None else self.motion.track.frames
+
+    @cached_property
+    def carriers(self) -> np.ndarray:
+        """The clusters that may carry each particle (n, c): the same in each frame."""
+        return find_carriers(self.clusters, self.start)
 
     @property
     def joined_part(self) -> float:
@@ -43,14 +50,13 @@ class Gauge:
     def judge_clusters(self, centre: np.ndarray) -> tuple[Bodies, Maps]:
         """Find what became of each cluster, at ``centre`` (k, d) now, and the maps of their neighbourhoods."""
         maps = find_maps(self.neighbours, self.partings.is_joined, centre)
-        reach = self.analysis.join_reach * self.motion.cell
-        return join_clusters(self.neighbours, self.partings, maps, reach, self.analysis), maps
+        return join_clusters(self.neighbours, self.is_near, self.partings, maps, self.analysis), maps
 
     def judge_particles(self, centre: np.ndarray, index: int) -> Bodies:
         """Find what became of each particle in the stored state at ``index``, where the clusters are at ``centre``."""
         bodies, maps = self.judge_clusters(centre)
         now, stray = self.motion.position[index].astype(float), self.analysis.stray * self.motion.cell
-        return attach_particles(self.clusters, bodies, maps, centre, self.start, now, stray)
+        return attach_particles(self.clusters, self.carriers, bodies, maps, centre, self.start, now, stray)
 
     def divide_clusters(self, centre: np.ndarray) -> np.ndarray:
         """Divide the mass of each cluster (k, d) into lump, crushed and loose, as parts of the body's mass, (k, 3)."""
