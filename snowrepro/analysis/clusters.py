@@ -55,7 +55,7 @@ def locate_clusters(clusters: Clusters, positions: np.ndarray) -> np.ndarray:
     """
     places, member = positions.astype(float), clusters.member
     is_there = np.isfinite(places).all(axis=1) if np.isnan(places.sum()) else np.ones(len(places), dtype=bool)
-    centre = clusters.average @ places if is_there.all() else average_some(clusters, places, np.flatnonzero(is_there))
+    centre = clusters.average @ places if is_there.all() else _average_some(clusters, places, np.flatnonzero(is_there))
     is_spread = np.zeros(len(centre), dtype=bool)
     is_spread[member[is_there & _is_far(places, centre.take(member, axis=0), clusters.size)]] = True
     if not is_spread.any():
@@ -66,10 +66,19 @@ def locate_clusters(clusters: Clusters, positions: np.ndarray) -> np.ndarray:
     middle[medians.index] = medians.to_numpy()
     near = doubtful[~_is_far(places[doubtful], middle.take(member[doubtful], axis=0), clusters.size)]
     has_near = np.bincount(member[near], minlength=len(centre)) > 0
-    return np.where(has_near[:, None], average_some(clusters, places, near), centre)
+    return np.where(has_near[:, None], _average_some(clusters, places, near), centre)
 
 
-def average_some(clusters: Clusters, places: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+def locate_rest(clusters: Clusters, start: np.ndarray, is_there: np.ndarray) -> np.ndarray:
+    """Return the centre of mass at release (k, d) of those particles of each cluster that have not vanished since.
+
+    ``start`` (n, d): places at release; ``is_there`` (n,).  Where all have vanished it stays that of the cluster.
+    """
+    centre = _average_some(clusters, start, np.flatnonzero(is_there))
+    return np.where(np.isnan(centre), clusters.position, centre)
+
+
+def _average_some(clusters: Clusters, places: np.ndarray, chosen: np.ndarray) -> np.ndarray:
     """Return the centre of mass of the ``chosen`` (c,) particles of each cluster, (k, d); NaN where there are none."""
     own, count = clusters.member[chosen], len(clusters.mass)
     weight = clusters.particle_mass[chosen] / clusters.mass[own]

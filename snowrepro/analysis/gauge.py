@@ -1,11 +1,13 @@
 """The strain gauge on a body of snow: its clusters, followed frame by frame, and what became of its particles."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from ..settings.analysis import Analysis
+from .clusters import locate_rest
 from .motion import Motion
 from .states import Bodies, attach_particles, divide_mass, find_carriers, find_near, join_clusters
 from .strain import Maps, Partings, find_maps, find_neighbours
@@ -13,12 +15,16 @@ from .track import follow_clusters, make_motion_clusters
 
 
 class Gauge:
-    """The clusters of a motion, and which of them have come apart up to the frame that was followed last."""
+    """The clusters of a motion, and which of them have come apart up to the frame that was followed last.
+
+    ``released``: the clusters as they were at release; ``clusters``: the same without what has vanished since.
+    """
 
     def __init__(self, motion: Motion, analysis: Analysis) -> None:
         self.motion, self.analysis = motion, analysis
         self.start = motion.position[0].astype(float)
         self.clusters = make_motion_clusters(self.start, motion.mass, motion.cell, motion.track)
+        self.released = self.clusters
         self.neighbours = find_neighbours(self.clusters, analysis.strain_radius * motion.cell)
         self.is_near = find_near(self.neighbours, len(self.clusters.mass), analysis.join_reach * motion.cell)
         self.partings = Partings(self.neighbours, analysis.part_stretch)
@@ -31,7 +37,7 @@ class Gauge:
     @cached_property
     def carriers(self) -> np.ndarray:
         """The clusters that may carry each particle (n, c): the same in each frame."""
-        return find_carriers(self.clusters, self.start)
+        return find_carriers(self.released, self.start)
 
     @property
     def joined_part(self) -> float:
@@ -44,8 +50,20 @@ class Gauge:
         for frame, centre in follow_clusters(self.clusters, motion.frames, motion.position, motion.track):
             if frame > last:
                 return
+            if motion.track is None:
+                self._forget_vanished(motion.index(frame))
             self.partings.extend(centre)
             yield frame, centre
+
+    def _forget_vanished(self, index: int) -> None:
+        """See clusters at release where those of their particles were that are there still, so that no other moves it.
+
+        ``index``: of the state.  Nothing changes where nothing has vanished since the state before.
+        """
+        is_gone = self.motion.vanished[index]
+        if index and not np.array_equal(is_gone, self.motion.vanished[index - 1]):
+            self.clusters = replace(self.clusters, position=locate_rest(self.clusters, self.start, ~is_gone))
+            self.neighbours = self.partings.neighbours = self.neighbours.see_from(self.clusters.position)
 
     def judge_clusters(self, centre: np.ndarray) -> tuple[Bodies, Maps]:
         """Find what became of each cluster, at ``centre`` (k, d) now, and the maps of their neighbourhoods."""

@@ -6,7 +6,7 @@ or whose particles lie otherwise, has the same.  Its determinant is the change o
 or compacted.  Shear alone changes none, and breaks nothing.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -47,6 +47,13 @@ class Neighbours:
         entry = np.arange(len(row)) + start[row]
         is_wanted = is_joined[self.pair[entry]]
         return row[is_wanted], entry[is_wanted]
+
+    def see_from(self, position: np.ndarray) -> "Neighbours":
+        """Return the same pairs where the clusters are at ``position`` (k, d) at release."""
+        offset = position[self.pairs[:, 1]] - position[self.pairs[:, 0]]
+        own = np.repeat(np.arange(len(position)), np.diff(self.first))
+        seen = position[self.other] - position[own]
+        return replace(self, offset=offset, length=measure_lengths(offset), seen=seen)
 
 
 @dataclass(frozen=True)
