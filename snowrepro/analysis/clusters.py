@@ -36,8 +36,8 @@ def group_particles(positions: np.ndarray, mass: np.ndarray, size: float) -> Clu
     ``positions`` (n, 2 or 3) and ``mass`` (n,): of the particles at release.
     """
     places = positions.astype(float)
-    _, member = np.unique(np.floor(places / size).astype(np.int64), axis=0, return_inverse=True)
-    return make_clusters(member.ravel(), places, mass, size)
+    squares = pd.DataFrame(np.floor(places / size).astype(np.int64))
+    return make_clusters(squares.groupby([*squares]).ngroup().to_numpy(), places, mass, size)
 
 
 def make_clusters(member: np.ndarray, positions: np.ndarray, mass: np.ndarray, size: float) -> Clusters:
@@ -55,24 +55,35 @@ def locate_clusters(clusters: Clusters, positions: np.ndarray) -> np.ndarray:
     """
     places, member = positions.astype(float), clusters.member
     is_there = np.isfinite(places).all(axis=1) if np.isnan(places.sum()) else np.ones(len(places), dtype=bool)
-    centre = clusters.average @ places if is_there.all() else _average_some(clusters, places, is_there)
+    centre = clusters.average @ places if is_there.all() else _average_some(clusters, places, np.flatnonzero(is_there))
     is_spread = np.zeros(len(centre), dtype=bool)
-    is_spread[member[is_there & _is_far(places, centre[member], clusters.size)]] = True
+    is_spread[member[is_there & _is_far(places, centre.take(member, axis=0), clusters.size)]] = True
     if not is_spread.any():
         return centre
-    doubtful = is_there & is_spread[member]
-    middle = centre.copy()
+    doubtful = np.flatnonzero(is_there & is_spread[member])
     medians = pd.DataFrame(places[doubtful]).groupby(member[doubtful]).median()
+    middle = centre.copy()
     middle[medians.index] = medians.to_numpy()
-    near = is_there & ~_is_far(places, middle[member], clusters.size)
-    has_near = np.bincount(member, near, len(centre)) > 0
-    return np.where((is_spread & has_near)[:, None], _average_some(clusters, places, near), centre)
+    near = doubtful[~_is_far(places[doubtful], middle.take(member[doubtful], axis=0), clusters.size)]
+    has_near = np.bincount(member[near], minlength=len(centre)) > 0
+    return np.where(has_near[:, None], _average_some(clusters, places, near), centre)
+
+
+def locate_rest(clusters: Clusters, start: np.ndarray, is_there: np.ndarray) -> np.ndarray:
+    """Return the centre of mass at release (k, d) of those particles of each cluster that have not vanished since.
+
+    ``start`` (n, d): places at release; ``is_there`` (n,).  Where all have vanished it stays that of the cluster.
+    """
+    centre = _average_some(clusters, start, np.flatnonzero(is_there))
+    return np.where(np.isnan(centre), clusters.position, centre)
 
 
 def _average_some(clusters: Clusters, places: np.ndarray, chosen: np.ndarray) -> np.ndarray:
-    """Return the centre of mass of the ``chosen`` (n,) particles of each cluster, (k, d); NaN where there are none."""
-    part = clusters.average @ chosen.astype(float)
-    sums = clusters.average @ np.where(chosen[:, None], places, 0.0)
+    """Return the centre of mass of the ``chosen`` (c,) particles of each cluster, (k, d); NaN where there are none."""
+    own, count = clusters.member[chosen], len(clusters.mass)
+    weight = clusters.particle_mass[chosen] / clusters.mass[own]
+    part = np.bincount(own, weight, count)
+    sums = np.stack([np.bincount(own, weight * along, count) for along in places[chosen].T], axis=1)
     return sums / np.where(part > 0, part, np.nan)[:, None]
 
 

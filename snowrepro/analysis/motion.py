@@ -245,14 +245,15 @@ def _find_vanished(values: np.ndarray, frames: np.ndarray) -> np.ndarray:
     if np.isinf(values).any():
         state, particle, _ = np.argwhere(np.isinf(values))[0]
         raise DataError(f"particle {particle} is at infinity in frame {frames[state]}")
-    gone = np.isnan(values).any(axis=2)
+    missing = [np.isnan(along) for along in np.moveaxis(values, 2, 0)]
+    gone = np.logical_or.reduce(missing)
     if gone[0].any():
         count, first = int(gone[0].sum()), int(np.argmax(gone[0]))
         raise DataError(
             f"{count} particles have no place (NaN) at the release in frame {frames[0]}, the first is particle "
             f"{first}: bonds are laid between all particles then"
         )
-    partly = gone & ~np.isnan(values).all(axis=2)
+    partly = gone & ~np.logical_and.reduce(missing)
     if partly.any():
         state, particle = np.argwhere(partly)[0]
         raise DataError(

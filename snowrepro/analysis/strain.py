@@ -6,16 +6,16 @@ or whose particles lie otherwise, has the same.  Its determinant is the change o
 or compacted.  Shear alone changes none, and breaks nothing.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.sparse import csr_matrix
 
 from .clusters import Clusters, measure_lengths
 from .near import find_near_pairs, square_distances
 
 FLAT = 0.02  # of neighbours' second moments: their determinant over that of a disc, below which they lie in a line
 MOST_ROUNDS = 10  # of parting pairs in one state
+AT_ONCE = 10_000  # clusters, to be spare with memory
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,25 @@ class Neighbours:
     pair: np.ndarray
     seen: np.ndarray
     weight: np.ndarray
+
+    def list_joined(self, chosen: np.ndarray, is_joined: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """List the neighbours that chosen clusters (c,) are still joined to (``is_joined``, (m,)), cluster by cluster.
+
+        Returns the row in ``chosen`` of each, and where it is in ``other``, both (j,).
+        """
+        count = (self.first[1:] - self.first[:-1])[chosen]
+        start = self.first[chosen] - (np.cumsum(count) - count)
+        row = np.repeat(np.arange(len(chosen)), count)
+        entry = np.arange(len(row)) + start[row]
+        is_wanted = is_joined[self.pair[entry]]
+        return row[is_wanted], entry[is_wanted]
+
+    def see_from(self, position: np.ndarray) -> "Neighbours":
+        """Return the same pairs where the clusters are at ``position`` (k, d) at release."""
+        offset = position[self.pairs[:, 1]] - position[self.pairs[:, 0]]
+        own = np.repeat(np.arange(len(position)), np.diff(self.first))
+        seen = position[self.other] - position[own]
+        return replace(self, offset=offset, length=measure_lengths(offset), seen=seen)
 
 
 @dataclass(frozen=True)
@@ -58,7 +77,7 @@ def find_neighbours(clusters: Clusters, radius: float) -> Neighbours:
     pairs = find_near_pairs(clusters.position, radius)
     offset = clusters.position[pairs[:, 1]] - clusters.position[pairs[:, 0]]
     own, other = np.concatenate([pairs, pairs[:, ::-1]]).T
-    by_cluster = np.argsort(own, kind="stable")
+    by_cluster = np.sort(own * len(own) + np.arange(len(own))) % len(own)  # a stable argsort, several times as fast
     other = other[by_cluster]
     first = np.concatenate([[0], np.cumsum(np.bincount(own, minlength=len(clusters.mass)))])
     seen = np.concatenate([offset, -offset])[by_cluster]
@@ -95,33 +114,52 @@ class Partings:
 
     def _predict_lengths(self, chosen: np.ndarray, position: np.ndarray) -> np.ndarray:
         """Predict the lengths of chosen pairs from the change of shape at either end: the longer one, (chosen,)."""
-        maps = find_maps(self.neighbours, self.is_joined, position)
+        pairs = self.neighbours.pairs[chosen]
+        own, ends_of = np.unique(pairs, return_inverse=True)
+        maps = find_maps(self.neighbours, self.is_joined, position, own)
         opening = np.maximum(np.abs(maps.change_of_volume), 1.0) ** (1 / position.shape[1])
         offset = self.neighbours.offset[chosen]
         ends = [
             measure_lengths(np.einsum("mij,mj->mi", maps.matrix[end], offset)) / opening[end]
-            for end in self.neighbours.pairs[chosen].T
+            for end in ends_of.reshape(pairs.shape).T
         ]
         return np.maximum.reduce([*ends, self.neighbours.length[chosen]])
 
 
-def find_maps(neighbours: Neighbours, is_joined: np.ndarray, position: np.ndarray) -> Maps:
-    """Fit the map of each cluster's neighbourhood, over the neighbours that it is still joined to.
+def find_maps(
+    neighbours: Neighbours, is_joined: np.ndarray, position: np.ndarray, chosen: np.ndarray | None = None
+) -> Maps:
+    """Fit the map of each cluster's neighbourhood, or of the ``chosen`` ones (c,), over what it is still joined to.
 
     ``is_joined`` (m,): as ``Partings`` has it; ``position`` (k, 2 or 3): of the clusters now.
     """
-    count, dimensions = position.shape
-    weight = neighbours.weight * is_joined[neighbours.pair]
-    places = np.nan_to_num(position)
-    both, before = np.empty((2, count, dimensions, dimensions))
+    own, places = np.arange(len(position)) if chosen is None else chosen, np.nan_to_num(position)
+    parts = [
+        _fit_maps(neighbours, is_joined, places, own[first : first + AT_ONCE]) for first in range(0, len(own), AT_ONCE)
+    ]
+    return Maps(np.concatenate([part.matrix for part in parts]), np.concatenate([part.is_known for part in parts]))
+
+
+def _fit_maps(neighbours: Neighbours, is_joined: np.ndarray, places: np.ndarray, own: np.ndarray) -> Maps:
+    """Fit the maps of the neighbourhoods of clusters ``own`` (c,); ``places`` (k, 2 or 3): of all clusters."""
+    row, entry = neighbours.list_joined(own, is_joined)
+    seen, weight = neighbours.seen.take(entry, axis=0), neighbours.weight[entry]
+    arrived = places.take(neighbours.other[entry], axis=0)
+
+    def add(values: np.ndarray) -> np.ndarray:
+        """Add values of the neighbours (j,) up by cluster (c,)."""
+        return np.bincount(row, values, len(own))
+
+    dimensions = places.shape[1]
+    both, before = np.empty((2, len(own), dimensions, dimensions))
     for axis in range(dimensions):
-        moment = weight * neighbours.seen[:, axis]
-        table = csr_matrix((moment, neighbours.other, neighbours.first), shape=(count, count))
-        both[:, :, axis] = table @ places - (table @ np.ones(count))[:, None] * places
-        sums = csr_matrix((moment, np.arange(len(moment)), neighbours.first), shape=(count, len(moment)))
-        before[:, :, axis] = sums @ neighbours.seen
+        moment = weight * seen[:, axis]
+        total = add(moment)
+        for other in range(dimensions):
+            both[:, other, axis] = add(moment * arrived[:, other]) - total * places[own, other]
+            before[:, other, axis] = add(moment * seen[:, other])
     size = np.trace(before, axis1=1, axis2=2) / dimensions
     is_known = (size > 0) & (np.linalg.det(before) > FLAT * size**dimensions)
-    matrix = np.tile(np.eye(dimensions), (count, 1, 1))
+    matrix = np.tile(np.eye(dimensions), (len(own), 1, 1))
     matrix[is_known] = both[is_known] @ np.linalg.inv(before[is_known])
     return Maps(matrix, is_known)

@@ -10,7 +10,7 @@ from ..analysis.bonds import BondHistory, Bonds
 from ..analysis.definitions import DEFINITIONS, State
 from ..analysis.fragments import ROUND_OFF
 from ..analysis.gauge import Gauge
-from ..analysis.motion import read_motion
+from ..analysis.motion import Motion, read_motion
 from ..analysis.states import Bodies
 from ..analysis.tree import HalfBonds, Tree, find_core_strain, find_holding_strain, grow_tree, sort_by_particle
 from ..settings.analysis import Analysis
@@ -47,7 +47,7 @@ def scan_definitions(run: Run) -> pd.DataFrame:
     with run.open() as dataset:
         spacing = float(dataset.attrs["grid_spacing"])
         by_strain = scan_strain(dataset, run.config.question.analysis)
-        others = _scan_other_definitions(dataset, bonds, run.config.question.analysis)
+        others = scan_other_definitions(read_motion(dataset), bonds, run.config.question.analysis)
     return pd.concat([by_strain, scan_bonds(bonds, spacing), others], ignore_index=True)
 
 
@@ -79,7 +79,7 @@ def scan_bonds(dataset: xr.Dataset, grid_spacing: float) -> pd.DataFrame:
             for strain in STRAINS:
                 weights = np.bincount(tree.cut(strain), weights=mass)
                 rows += [
-                    ("bonds", *NO_STRAIN, sign, strain, core, link, least, _measure_lumps(weights, least))
+                    ("bonds", *NO_STRAIN, sign, strain, core, link, least, _measure_lumps(weights, least, mass.sum()))
                     for least in LUMPS
                 ]
     return pd.DataFrame(rows, columns=[*CHOICES, "lump_fraction"])
@@ -114,19 +114,21 @@ def make_tree(pairs: np.ndarray, halves: HalfBonds, core_fraction: float) -> Tre
     return grow_tree(pairs, find_holding_strain(halves, find_core_strain(halves, core_fraction)), len(halves.degree))
 
 
-def _scan_other_definitions(dataset: xr.Dataset, bond_dataset: xr.Dataset, analysis: Analysis) -> pd.DataFrame:
-    """Compute the lump fraction by proximity, grid and damage in the last frame."""
-    motion = read_motion(dataset.isel(snapshot=[-1]), release=int(dataset["snapshot"][-1]))
-    nothing = np.zeros(len(motion.mass))
-    state = State(motion, 0, *_read_bonds(bond_dataset), Bodies(nothing.astype(int), nothing, nothing))
+def scan_other_definitions(motion: Motion, bond_dataset: xr.Dataset, analysis: Analysis) -> pd.DataFrame:
+    """Compute the lump fraction by proximity, grid and damage in the last frame; what has vanished is in no lump."""
+    nothing, is_there = np.zeros(len(motion.mass)), ~motion.vanished[-1]
+    last = len(motion.frames) - 1
+    state = State(motion, last, *_read_bonds(bond_dataset), Bodies(nothing.astype(int), nothing, nothing))
     rows: list[tuple] = []
 
     def add(name: str, sign: str, strain: float, core: float, link: float, **settings: float) -> None:
         """Add the rows of one definition with some settings of the analysis changed."""
         changed = analysis.model_copy(update=settings)
-        weights = np.bincount(DEFINITIONS[name](state, changed), weights=motion.mass)
+        component = DEFINITIONS[name](state, changed)
+        weights, total = np.bincount(component[is_there], motion.mass[is_there]), motion.mass.sum()
         rows.extend(
-            (name, *NO_STRAIN, sign, strain, core, link, least, _measure_lumps(weights, least)) for least in LUMPS
+            (name, *NO_STRAIN, sign, strain, core, link, least, _measure_lumps(weights, least, total))
+            for least in LUMPS
         )
 
     none = float("nan")
@@ -145,7 +147,6 @@ def _read_bonds(dataset: xr.Dataset) -> tuple[Bonds, BondHistory]:
     return bonds, BondHistory(dataset["stretch"].values.astype(float), dataset["crush"].values.astype(float))
 
 
-def _measure_lumps(weights: np.ndarray, least: float) -> float:
-    """Return the part of all mass that is in fragments of at least ``least``, a part of all mass."""
-    total = weights.sum()
+def _measure_lumps(weights: np.ndarray, least: float, total: float) -> float:
+    """Return the part of the mass ``total`` that is in fragments of at least ``least``, a part of it."""
     return float(weights[weights >= least * total * (1 - ROUND_OFF)].sum() / total)

@@ -10,6 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from snowrepro.analysis.gauge import Gauge
+from snowrepro.analysis.layout import Names
+from snowrepro.analysis.motion import read_motion
 from snowrepro.composition.compose import compose
 from snowrepro.errors import ConfigError
 from snowrepro.summary.classify import classify
@@ -208,3 +211,23 @@ def test_bonds_hang_on_the_lattice_and_call_a_flat_body_powder():
 def test_thresholds_that_cannot_be_are_refused(wrong):
     with pytest.raises(ConfigError, match=r"volume_change must be|join_reach .* must not exceed"):
         classify(np.stack([DISC, DISC]), release=0, grid_spacing=1.0, **wrong)
+
+
+def test_what_vanishes_moves_nothing_that_stays():
+    """However heavy it was, and however the body has turned: neighbourhoods are as they were, and hold together."""
+    rng = np.random.default_rng(6)
+    vanishing = rng.random(len(DISC)) < 0.3
+    mass = np.where(vanishing, 50.0, 1.0)
+    states = np.stack([turn(DISC, angle) for angle in (0.0, 1.0, 2.0, 3.0)])
+    states[2:, vanishing] = np.nan
+    motion = read_motion(states, names=Names(particle_id="none"), mass=mass, release=0, grid_spacing=1.0, cell=1.0)
+    gauge = Gauge(motion, compose().question.analysis)
+    *_, (_, centre) = gauge.follow(3)
+    maps = gauge.judge_clusters(centre)[1]
+    is_there = np.isfinite(centre).all(axis=1)
+    assert gauge.neighbours.pairs.size and gauge.partings.is_joined[is_there[gauge.neighbours.pairs].all(axis=1)].all()
+    known = maps.is_known & is_there
+    assert known.mean() > 0.9
+    np.testing.assert_allclose(maps.matrix[known], np.broadcast_to(turn(np.eye(2), 3.0).T, maps.matrix[known].shape))
+    found = classify(states, release=0, mass=mass, grid_spacing=1.0, cell=1.0, particle_id="none").last
+    assert found.lump_fraction == pytest.approx(1 - found.vanished, abs=1e-9)

@@ -24,7 +24,17 @@ def shaken(run: xr.Dataset, part: float, seed: int) -> xr.Dataset:
     reach = rng.lognormal(-1.0, 1.5, (len(left), 1))  # some hardly, some far
     for index in np.flatnonzero(run["snapshot"].values >= SHAKEN_FROM):
         position.values[index, left] += (reach * rng.normal(size=(len(left), 2))).clip(-5, 5).astype(np.float32)
-    return run.assign(position=position)
+    return run.assign(position=position, cluster_position=_move_clusters(run, position.values - run["position"].values))
+
+
+def _move_clusters(run: xr.Dataset, moved: np.ndarray) -> xr.DataArray:
+    """Where the clusters of ``run`` are whose particles ``moved`` (snapshot, particle, axis): as in the last stored."""
+    member, track = run["cluster"].values, run["cluster_position"].copy(deep=True)
+    latest = np.searchsorted(run["snapshot"].values, run["tracked"].values, side="right") - 1
+    count = np.bincount(member)[:, None]
+    mean = [np.stack([np.bincount(member, along) for along in state.T], axis=1) / count for state in moved]
+    track.values += np.stack(mean)[latest].astype(np.float32)
+    return track
 
 
 def vanishing(run: xr.Dataset) -> xr.Dataset:

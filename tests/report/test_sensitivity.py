@@ -3,11 +3,14 @@
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 
+from snowrepro.analysis.lumps import make_bond_variables
 from snowrepro.composition.compose import compose
-from snowrepro.evidence.sensitivity import CHOICES
+from snowrepro.evidence.sensitivity import CHOICES, scan_other_definitions
 from snowrepro.report.sections import specification as sensitivity
 from snowrepro.store.run import Run
+from snowrepro.summary.classify import classify
 from tests.conftest import SMALL
 from tests.report.reports import reported
 
@@ -54,6 +57,20 @@ def test_rules_are_counted_apart():
     assert {name: len(rows) for name, rows in groups.items()} == {"strain": 3, "bonds": 8, "other rules": 2}
     assert places[:3].tolist() == pytest.approx([5 / 6, 1 / 2, 1 / 6])
     assert 1 < places[3:11].min() < places[3:11].max() < 2 < places[11:].min()
+
+
+def test_what_has_vanished_is_in_no_lump_by_any_rule():
+    """A square of which the right quarter has vanished: the rest is one lump by proximity, grid and damage."""
+    line = np.arange(12.0)
+    square = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
+    rest = np.where(square[:, :1] < 9, square, np.nan)
+    found = classify(np.stack([square, rest]), release=0, grid_spacing=1.0, definition="bonds", particle_id="none")
+    bonds = xr.Dataset(make_bond_variables(found.state.bonds, found.state.history, ""))
+    table = scan_other_definitions(found.motion, bonds, found.analysis)
+    lumps = table[table["link_length"].isna() | (table["link_length"] >= 1.0)].set_index("definition")["lump_fraction"]
+    assert {*lumps.index} == {"proximity", "grid", "damage"}
+    assert lumps.loc[["proximity", "grid"]].to_numpy() == pytest.approx(0.75)
+    assert lumps.max() <= 0.75
 
 
 @pytest.mark.nightly
