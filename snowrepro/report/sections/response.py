@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from ...evidence.calibration import HALF, Crossing
 from ...evidence.claims import ARMS, JudgedScene, select_arm
@@ -15,6 +16,7 @@ from ..drawing.common import SINTERED, UNSINTERED, choose_font, save_figure
 
 COLOURS = dict(zip(ARMS, (SINTERED, UNSINTERED), strict=True))
 LABELS = dict(zip(ARMS, ("with sintering", "without"), strict=True))
+MOST_TICKS, MOST_TICKS_OF_SEVERAL = 6, 4  # pressures that are written at the axis of a panel alone, and of several
 SEEDS = "seeds show numerical repeatability, not physical replication"
 
 
@@ -51,9 +53,10 @@ def draw_response(
         ax.set_title(scene.name, fontsize=letters)
         ax.set(xscale="log", ylim=(-0.04, 1.04))
         ax.margins(x=0.09)
-        if len(pressures) <= 4:
+        if len(pressures) <= (MOST_TICKS if is_alone else MOST_TICKS_OF_SEVERAL):
             ax.set_xticks(pressures, [f"{pressure:g}" for pressure in pressures])
             ax.minorticks_off()
+        ax.xaxis.set_minor_formatter(NullFormatter())
         ax.tick_params(labelsize=letters)
     figure.supxlabel(f"{add_unit('nominal pressure', unit)}\n{SEEDS}", fontsize=letters)
     figure.supylabel("mass in lumps", fontsize=letters)
@@ -101,8 +104,8 @@ def _draw_panel(ax: Axes, scene: JudgedScene, half: Crossing, half_pressure: str
         return
     ax.plot([half.low, half.high], [HALF, HALF], "|-", color="black", lw=1.6, ms=size + 4, label="P50 is between")
     if half_pressure:
-        middle = np.sqrt(half.low * half.high)
-        ax.annotate(f"P50 {half_pressure}", (middle, HALF), xytext=(0, -16), textcoords="offset points", ha="center")
+        place = (half.high, HALF)  # below the line, to the right of where the curve crosses it
+        ax.annotate(f"P50 {half_pressure}", place, xytext=(6, -16), textcoords="offset points")
 
 
 def _shift_pressures(blocks: pd.DataFrame, number: int) -> np.ndarray:
