@@ -33,8 +33,9 @@ FIDELITY = "preview"
 SEEDS = 6  # of the reference, and of a full check
 FEW_SEEDS = 3  # of a check
 MEASURES = (
-    "lump_fraction", "largest_fragment", "broken_bonds", "fragments", "lumps_by_damage", "flattening_end",
-    "impact_speed", "density_at_release", "young_at_release", "hardening_at_release",
+    "lump_fraction", "crushed_fraction", "loose_fraction", "largest_fragment", "broken_bonds", "fragments",
+    "lumps_by_damage", "flattening_end", "impact_speed",
+    "density_at_release", "young_at_release", "hardening_at_release",
 )  # fmt: skip
 CELL = ["sintering", "pressure"]
 KEYS = ["experiment", *CELL, "seed", "summation"]

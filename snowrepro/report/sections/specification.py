@@ -55,8 +55,11 @@ STRAINS = Picture(
 
 
 def make_blocks(evidence: Evidence) -> list[Block]:
-    """Scan settings of all rules and show under how many of them the claims hold, or say why there is no scan."""
-    runs = list(evidence.runs)
+    """Scan settings of all rules and show under how many of them the claims hold, or say why there is no scan.
+
+    One seed is scanned: seeds differ by far less than settings, and a scan takes longer than all else of a report.
+    """
+    runs = evidence.first_seed_runs
     obstacle = _explain_no_scan(evidence)
     if obstacle:
         return [Heading("Does it hang on the definition of a lump?"), f"Not scanned: {obstacle}."]
@@ -69,8 +72,9 @@ def make_blocks(evidence: Evidence) -> list[Block]:
     return [
         Heading("Does it hang on the definition of a lump?"),
         (
-            f"All runs by {describe_rules(choices, analysis)}. Settings of one rule are much alike: read each rule by "
-            "itself, and no number over all of them. By the means over seeds the claims hold in this part of each:"
+            f"The runs of seed {evidence.seeds[0]} by {describe_rules(choices, analysis)}. Settings of one rule are "
+            "much alike: read each rule by itself, and no number over all of them. The numbers agree with the claims "
+            "in this part of each:"
         ),
         Table(_tabulate_by_choice(choices, holds), data="sensitivity.csv"),
         *list_exceptions(choices, holds, analysis),
@@ -100,7 +104,7 @@ def search_other_pressures(evidence: Evidence) -> list[Block]:
 
     ``make_blocks`` is unfair to settings that were not used to choose the pressures; this is not.
     """
-    runs = [run for run in evidence.runs if run.case.sintering.enabled]
+    runs = [run for run in evidence.first_seed_runs if run.case.sintering.enabled]
     pressures = {run.case.pressure for run in runs}
     if len(pressures) < 3 or not all(evidence.is_done(run) for run in runs):
         return []
@@ -110,8 +114,8 @@ def search_other_pressures(evidence: Evidence) -> list[Block]:
         Heading("Would other definitions of a lump find such pressures?"),
         (
             f"By {describe_rules(choices, runs[0].config.question.analysis)}. Are there three of the {len(pressures)} "
-            "pressures at which, by means over seeds, lumps grow from less than half of the mass to more? Here each "
-            "setting has pressures of its own, and not those that were chosen by the setting used here."
+            f"pressures at which lumps of seed {evidence.seeds[0]} grow from less than half of the mass to more? Here "
+            "each setting has pressures of its own, and not those that were chosen by the setting used here."
         ),
         Table(_tabulate_by_choice(choices, has_three).drop(columns="all claims")),
     ]
