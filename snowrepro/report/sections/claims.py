@@ -201,7 +201,8 @@ def _explain_numbers(evidence: Evidence) -> str:
     """Explain what the numbers in a table of verdicts are."""
     return (
         f"{_format_seeds(evidence)}. The effect is that of the pressure, or the step between two, which is nearest to "
-        "the other side of the threshold. Seeds show numerical repeatability, not physical replication. All numbers: "
+        "the other side of the threshold. Height lost is of the middle nine tenths of the mass; it is negative where "
+        "pieces fell deeper than the rest. Seeds show numerical repeatability, not physical replication. All numbers: "
         "[claims.csv](claims.csv), [claims.json](claims.json)."
     )
 
