@@ -8,8 +8,7 @@ import numpy as np
 import xarray as xr
 
 from . import units
-from .analysis.clusters import Clusters, group_particles, locate_clusters, make_clusters
-from .analysis.track import FRAMES, MEMBER, POSITION
+from .analysis.clusters import FRAMES, MEMBER, POSITION, Clusters, group_particles, locate_clusters, make_clusters
 from .mpm import diagnostics, ledger, solver
 from .mpm.state import PARTICLE_STATE
 from .scene.build import build_scene

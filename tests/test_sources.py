@@ -34,14 +34,15 @@ def copy(tmp_path, monkeypatch) -> Path:
 
 
 def test_the_simulation_is_all_that_computes():
-    """The solver, the laws, the scene and the settings of a case; nothing that asks, keeps or reports."""
+    """The solver, the laws, the scene and the settings of a case; of what measures, what is measured in each frame."""
     found = set(digests_of("simulation"))
     laws = {path.relative_to(sources.PACKAGE).as_posix() for path in sources.PACKAGE.glob("physics/[a-z]*.py")}
     assert len(laws) > 3 and laws <= found
     assert {"simulation.py", "mpm/steps.py", "scene/build.py", "settings/case.py", "units.py"} <= found
     assert not found & {"settings/question.py", "settings/config.py", "settings/execution.py", "settings/analysis.py"}
+    assert {name for name in found if name.startswith("analysis")} == {"analysis/clusters.py", "analysis/hardness.py"}
     rooms = {name.split("/")[0] for name in found}
-    assert rooms == {"mpm", "physics", "scene", "settings", "simulation.py", "units.py"}
+    assert rooms == {"analysis", "mpm", "physics", "scene", "settings", "simulation.py", "units.py"}
 
 
 def test_they_are_the_files_that_python_loads():

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 from scipy.sparse import csr_matrix
 
+MEMBER, POSITION, FRAMES = "cluster", "cluster_position", "tracked"  # variables of a run that followed them
 FAR = 1.5  # sizes of a cluster from its middle: a particle so far away has left it
 
 

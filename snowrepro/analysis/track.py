@@ -7,10 +7,8 @@ import numpy as np
 import xarray as xr
 
 from ..errors import DataError
-from .clusters import Clusters, group_particles, locate_clusters, make_clusters
+from .clusters import FRAMES, MEMBER, POSITION, Clusters, group_particles, locate_clusters, make_clusters
 from .values import read_numbers, require_plausible_size
-
-MEMBER, POSITION, FRAMES = "cluster", "cluster_position", "tracked"  # variables of a run
 
 
 @dataclass(frozen=True)

@@ -193,7 +193,7 @@ def test_an_interrupted_one_leaves_nothing(animate, stored, monkeypatch, name):
         (["RUN", "--from", "61"], "--from should be a frame from 0 to 60 (got 61)"),
         (["RUN", "--speed", "0.0001", "--fps", "25"], "lower --fps or raise --speed"),
         (["pressure=7"], "never run); this makes them: snowrepro run pressure=7"),
-        (["experiment=fig5"], "none of the 6 runs has a result"),
+        (["experiment=fig5"], "none of the 10 runs has a result"),
         (["experiment=fig2"], "experiment 'fig2' has no runs to show"),
         (["other.nc"], "no run of snowrepro"),
     ],

@@ -82,7 +82,7 @@ def test_a_run_explains_itself_and_is_found_done(tmp_path):
     shown = snowrepro("classify", path.parent.name)
     assert shown.returncode == 0
     assert shown.stdout.splitlines() == first.stdout.splitlines()[:-1]
-    later = snowrepro("classify", path.parent.name, "--release", "40", "break_strain=5")
+    later = snowrepro("classify", path.parent.name, "--release", "40", "volume_change=[5,6]")
     assert later.returncode == 0, later.stderr
     assert re.search(r"^lump_fraction +1$", later.stdout, re.MULTILINE)
 

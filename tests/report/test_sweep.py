@@ -86,7 +86,7 @@ def test_no_title_stands_twice_and_no_section_is_empty(report):
     heads = [line.lstrip("# ") for line in page.splitlines() if line.startswith("#")]
     assert len(set(heads)) == len(heads) and "Results" in heads
     assert "Results over what varies" not in heads and "at the top" not in page
-    assert "by fragment: lumps in 5 colours, powder grey." in page
+    assert "Each lump has a colour, crushed snow is dark, loose snow the colour of sand." in page
 
 
 @pytest.fixture

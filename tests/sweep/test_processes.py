@@ -127,14 +127,13 @@ def _sleeps(process: psutil.Process) -> bool:
 
 def test_what_is_done_elsewhere_is_waited_for_and_not_done():
     """It does not hold up the others; when it is done, its result is taken over; when it is given up, it is run."""
-    looks = {"0": 0, "1": 0}
     order = []
 
     def is_elsewhere(job: Job) -> bool:
-        looks[job.label] += 1
-        if job.label == "0" and looks["0"] > 2:
+        """Until the third job has ended, however long that takes."""
+        if job.label == "0" and order:
             job.state, job.result = "done", "theirs"
-        return looks[job.label] < 3
+        return not order
 
     jobs = jobs_of(os.getpid, os.getpid, os.getpid)
     jobs[0].is_elsewhere = jobs[1].is_elsewhere = is_elsewhere

@@ -17,7 +17,7 @@ Does the program still give what it gave, and what it promises?
   tier 0  invariances: same bits twice, after a restart, mirrored, in other units, ...; needs no reference
   tier 1  fingerprints: the bits of short runs; other bits, or a platform without a fingerprint, go on to tier 2
   tier 2  short horizon: the same numbers, within what rounding was measured to do
-  tier 3  ensemble: Figures 5 and 6, coarse, several seeds, pair by pair beside the reference's
+  tier 3  ensemble: Figure 5, coarse, several seeds, pair by pair beside the reference's
   tier 4  the paper's claims: the same verdicts
 
 Writes check.json, check.xml (JUnit) and check.md (for a pull request).  What was computed is kept: stopped, the same
