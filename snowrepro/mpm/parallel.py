@@ -77,7 +77,8 @@ def advance_substep(
     for i, j in ti.ndrange(wide, tall):
         steps.clear(low[0] + i, low[1] + j, nodes, constants)
     for p in range(active * particles.count):
-        transfer.particles_to_grid(p, particles, nodes, constants, dt)  # steps 1 and 3
+        transfer.find_shares(p, p, particles, constants, dt)  # steps 1 and 3
+        transfer.add_shares(p, particles.shares, nodes, constants)
     sintering = active * int(sinters and (constants.every_substep or ledger.substeps[None] == 1))
     for p in range(sintering * particles.count):
         steps.sinter(p, particles, constants, dt)

@@ -81,8 +81,8 @@ def advance_substep(
     dt, low, high = ledger.dt[None], ledger.low[None], ledger.high[None]
     for i, j in ti.ndrange((low[0], high[0]), (low[1], high[1])):
         steps.clear(i, j, nodes, constants)
-    for p in range(particles.count):
-        transfer.particles_to_grid(p, particles, nodes, constants, dt)  # steps 1 and 3
+    for block in range(particles.blocks):
+        transfer.block_to_grid(block, particles, nodes, constants, dt)  # steps 1 and 3
     if sinters and (constants.every_substep or ledger.substeps[None] == 1):
         for p in range(particles.count):
             steps.sinter(p, particles, constants, dt)
@@ -107,8 +107,8 @@ def step_2_volume(particles: ti.template(), nodes: ti.template(), constants: ti.
     for _ in range(1):
         for i, j in ti.ndrange(nodes.size[0], nodes.size[1]):
             steps.clear(i, j, nodes, constants)
-        for p in range(particles.count):
-            transfer.particles_to_grid(p, particles, nodes, constants, 0.0)
+        for block in range(particles.blocks):
+            transfer.block_to_grid(block, particles, nodes, constants, 0.0)
         for i, j in ti.ndrange(nodes.size[0], nodes.size[1]):
             transfer.collect(i, j, nodes, constants)
         for p in range(particles.count):

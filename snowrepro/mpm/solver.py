@@ -156,7 +156,7 @@ def _test_at(
 
 def allocate(case: Case, scene: Scene, constants: Constants) -> tuple[state.Particles, state.Nodes, state.Ledger]:
     """Particles and nodes of the scene at frame 0, undeformed and at rest."""
-    particles = state.Particles(len(scene.positions))
+    particles = state.Particles(len(scene.positions), in_blocks=constants.summation == "in_order")
     particles.start(scene, case.material)
     nodes = state.Nodes(scene.node_distance, scene.node_normal, constants.summation == "fixed_point")
     ledger = state.Ledger()

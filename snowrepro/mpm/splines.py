@@ -7,6 +7,8 @@ from it; ``weights`` and ``gradients`` the values and slopes at the nodes base, 
 import taichi as ti
 
 NODES = {"quadratic": 3, "cubic": 4}
+SIXTH = 1.0 / 6.0  # a product takes a fraction of a division's time
+MOST_NODES = max(NODES.values())
 INERTIA = {"quadratic": 1.0 / 4.0, "cubic": 1.0 / 3.0}  # D / dx^2 of Jiang et al. 2015
 
 
@@ -29,7 +31,12 @@ def weights(offset, spline: ti.template()):
         f = offset - 1.0
         g = 1.0 - f
         return ti.Vector(
-            [g * g * g / 6.0, 2.0 / 3.0 - f * f + 0.5 * f * f * f, 2.0 / 3.0 - g * g + 0.5 * g * g * g, f * f * f / 6.0]
+            [
+                SIXTH * g * g * g,
+                2.0 / 3.0 - f * f + 0.5 * f * f * f,
+                2.0 / 3.0 - g * g + 0.5 * g * g * g,
+                SIXTH * f * f * f,
+            ]
         )
     else:
         f = offset

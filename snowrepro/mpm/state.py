@@ -12,8 +12,10 @@ from ..scene.build import Scene
 from ..settings.case import Material
 from .indenter import Indenter
 from .ledger import NODE, PARTICLE, TOTALS, accounts_of
+from .splines import MOST_NODES
 
 LANES = 8  # particles that the straight-line laws handle at once; arrays are padded to a multiple
+BLOCK = 32  # particles whose shares are worked out before they are added to the grid
 
 
 def _zero(scene: Scene, material: Material) -> float:
@@ -90,10 +92,26 @@ def _books(owner: "Particles | Nodes", keeper: str) -> tuple[Book, ...]:
 
 
 @ti.data_oriented
+class Shares:
+    """What particles give to the nodes around, in ``places``, between being found and being added to their sums.
+
+    ``base``: the first node; ``mass``; ``own``, ``along_x`` and ``along_y``: momentum and impulse as they stand in
+    ``Nodes.sums``, at the particle and by node along the axes; of each node of an axis ``weight`` and ``slope``.
+    """
+
+    def __init__(self, places: int) -> None:
+        self.base = ti.Vector.field(2, ti.i32, shape=places)
+        self.mass = ti.field(float, shape=places)
+        self.own, self.along_x, self.along_y = (ti.Vector.field(4, float, shape=places) for _ in range(3))
+        self.weight_x, self.weight_y = (ti.field(float, shape=(places, MOST_NODES)) for _ in range(2))
+        self.slope_x, self.slope_y = (ti.Vector.field(4, float, shape=(places, MOST_NODES)) for _ in range(2))
+
+
+@ti.data_oriented
 class Particles:
     """The fields of PARTICLE_STATE as attributes; ``count`` particles, padded to whole lanes.
 
-    ``books``: of what each cause gave in the frame.
+    ``books``: of what each cause gave in the frame; ``shares``: of a block of particles, or of all of them.
     """
 
     if TYPE_CHECKING:
@@ -101,12 +119,14 @@ class Particles:
         def __getattr__(self, name: str) -> Any:
             """Return the field of a quantity."""
 
-    def __init__(self, count: int) -> None:
+    def __init__(self, count: int, in_blocks: bool = True) -> None:
         self.count = count
         self.lane_groups = -(-count // LANES)
+        self.blocks = -(-count // BLOCK)
         for quantity in PARTICLE_STATE:
             setattr(self, quantity.name, _field(quantity.shape, self.lane_groups * LANES))
         self.books = _books(self, PARTICLE)
+        self.shares = Shares(BLOCK if in_blocks else count)
         self.gathered = ti.Matrix.field(5, 2, float, shape=self.lane_groups * LANES)  # see grid_to_particle
 
     def read(self, name: str) -> np.ndarray:
@@ -127,11 +147,12 @@ class Particles:
 
 @ti.data_oriented
 class Nodes:
-    """Grid nodes: mass, momentum and velocity, and the floor's signed distance and normal at each.
+    """Grid nodes: what particles bring them, their velocity, and the floor's signed distance and normal at each.
 
-    ``old_momentum`` and ``old_velocity`` are those before forces act.  ``fixed_...`` are the sums in fixed
-    point, where they are taken so.  ``books``: of what each cause gave in the frame; their fields are attributes by the
-    accounts' names.  ``indenter`` is there in runs that have one.
+    ``mass``; ``sums``: momentum x and y before forces act, impulse x and y of the forces of the substep;
+    ``old_velocity`` is that before forces act.  ``fixed_...`` are the sums in fixed point, where they are taken so.
+    ``books``: of what each cause gave in the frame; their
+    fields are attributes by the accounts' names.  ``indenter`` is there in runs that have one.
     """
 
     indenter: Indenter | None = None
@@ -139,17 +160,15 @@ class Nodes:
     def __init__(self, distance: np.ndarray, normal: np.ndarray, fixed_point: bool = False) -> None:
         self.size = distance.shape
         self.mass = _field((), self.size)
-        # x and y side by side, so that one vector instruction takes both.
-        self.momentum = ti.Vector.field(2, float, shape=self.size)
-        self.old_momentum = ti.Vector.field(2, float, shape=self.size)
+        # Side by side, so that one vector instruction takes all of a node.
+        self.sums = ti.Vector.field(4, float, shape=self.size)
         self.velocity = ti.Vector.field(2, float, shape=self.size)
         self.old_velocity = ti.Vector.field(2, float, shape=self.size)
         self.distance = _field((), self.size)
         self.normal = _field((2,), self.size)
         fixed_size = self.size if fixed_point else (1, 1)
         self.fixed_mass = _field((), fixed_size, ti.i64)
-        self.fixed_momentum = _field((2,), fixed_size, ti.i64)
-        self.fixed_old_momentum = _field((2,), fixed_size, ti.i64)
+        self.fixed_sums = _field((4,), fixed_size, ti.i64)
         for account in accounts_of(NODE):
             setattr(self, account.name, _field(account.shape, self.size))
         self.books = _books(self, NODE)

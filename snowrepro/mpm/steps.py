@@ -156,15 +156,12 @@ def choose_time_step(ledger: ti.template(), constants: ti.template()):
 @ti.func
 def clear(i, j, nodes: ti.template(), constants: ti.template()):
     """Empty a node."""
-    zero = ti.Vector([0.0, 0.0])
     if ti.static(constants.summation == "fixed_point"):
         nodes.fixed_mass[i, j] = 0
-        nodes.fixed_momentum[i, j] = ti.cast(zero, ti.i64)
-        nodes.fixed_old_momentum[i, j] = ti.cast(zero, ti.i64)
+        nodes.fixed_sums[i, j] = 0
     else:
         nodes.mass[i, j] = 0.0
-        nodes.momentum[i, j] = zero
-        nodes.old_momentum[i, j] = zero
+        nodes.sums[i, j] = 0.0
 
 
 @ti.func
@@ -233,13 +230,16 @@ def step_4_and_5_node_velocity(i, j, nodes: ti.template(), constants: ti.templat
     transfer.collect(i, j, nodes, constants)
     mass = nodes.mass[i, j]
     if mass > 0.0:
-        pushed = nodes.momentum[i, j] / mass
+        sums = nodes.sums[i, j]
+        old_momentum = ti.Vector([sums[0], sums[1]])
+        impulse = ti.Vector([sums[2], sums[3]])
+        pushed = (old_momentum + impulse) / mass
         pushed[1] -= dt * gravity
         damped = pushed * (1.0 / (1.0 + dt * damping))
         new = contact.node_velocity(damped, nodes.distance[i, j], nodes.normal[i, j], constants)
         if ti.static(constants.indents):
             new = indenter.node_velocity(i, j, new, mass, nodes.indenter, constants)
-        old = nodes.old_momentum[i, j] / mass
+        old = old_momentum / mass
         nodes.velocity[i, j] = new
         if ti.static(constants.transfer == "pic_flip"):
             nodes.old_velocity[i, j] = old

@@ -10,7 +10,7 @@ from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, mod
 
 from .base import Name, Settings
 
-MODEL_VERSION = 4  # goes up when the same case gives another result, or a result that holds more
+MODEL_VERSION = 5  # goes up when the same case gives another result, or a result that holds more
 ARMS = ("sintered", "unsintered")
 Point = tuple[float, float]
 Corner = Annotated[tuple[float, ...], Field(min_length=2, max_length=3)]
