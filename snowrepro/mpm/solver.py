@@ -64,7 +64,7 @@ def frame_of(number: int, particles: state.Particles, ledger: state.Ledger, test
         ledger.smallest_step[None],
         ledger.ended_inside[None],
         ledger.top_speed2[None],
-        dict(zip(TOTALS, ledger.totals[None], strict=True)),
+        dict(zip(TOTALS, ledger.totals.to_numpy().tolist(), strict=True)),
         particles,
         test,
     )
@@ -117,8 +117,7 @@ def frames(
     if resume is None:
         yield frame_of(0, particles, ledger, _test_at(0, case, nodes, constants, place))
     else:
-        for quantity in state.PARTICLE_STATE:
-            particles.write(quantity.name, resume[quantity.name])
+        particles.write_all(resume)
         ledger.top_speed2[None] = float(resume["top_speed2"])
         first = int(resume["frame"]) + 1
         place = Place(*resume["test_place"].tolist()) if "test_place" in resume else None
@@ -170,10 +169,8 @@ def allocate(case: Case, scene: Scene, constants: Constants) -> tuple[state.Part
 
 def release(particles: state.Particles, at_rest: bool) -> None:
     """Frame 101: the external force goes; ``at_rest`` also takes the motion that pressing left."""
-    particles.force.fill(0.0)
-    if at_rest:
-        particles.velocity.fill(0.0)
-        particles.affine.fill(0.0)
+    for name in ("force", "velocity", "affine") if at_rest else ("force",):
+        particles.write(name, np.zeros((particles.count, *state.SHAPES[name])))
 
 
 def _pressing_force(case: Case, scene: Scene, positions: np.ndarray, frame: int) -> np.ndarray:

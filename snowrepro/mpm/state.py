@@ -1,6 +1,8 @@
 """The state of a run: one table names every particle quantity, its unit, first value and whether it is stored."""
 
-from collections.abc import Callable
+import itertools
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +12,7 @@ from taichi.lang.util import to_numpy_type
 
 from ..scene.build import Scene
 from ..settings.case import Material
+from .copies import Columns, copy_in, copy_out
 from .indenter import Indenter
 from .ledger import NODE, PARTICLE, TOTALS, accounts_of
 from .splines import MOST_NODES
@@ -59,6 +62,12 @@ PARTICLE_STATE = (
     Quantity("tau", (2, 2), "Kirchhoff stress", "M/L/T2"),
     Quantity("wave_speed2", (), "square of the elastic wave speed", "L2/T2"),
     *(Quantity(account.name, account.shape, account.long_name, account.unit) for account in accounts_of(PARTICLE)),
+)
+
+SHAPES = {quantity.name: quantity.shape for quantity in PARTICLE_STATE}
+# The columns of each quantity, the first and that behind the last, where all stand side by side.
+PLACES = dict(
+    zip(SHAPES, itertools.pairwise(itertools.accumulate(map(math.prod, SHAPES.values()), initial=0)), strict=True)
 )
 
 
@@ -123,26 +132,37 @@ class Particles:
         self.count = count
         self.lane_groups = -(-count // LANES)
         self.blocks = -(-count // BLOCK)
+        self.slots = self.lane_groups * LANES
         for quantity in PARTICLE_STATE:
-            setattr(self, quantity.name, _field(quantity.shape, self.lane_groups * LANES))
+            setattr(self, quantity.name, _field(quantity.shape, self.slots))
+        self.columns = tuple(Columns(getattr(self, q.name), q.shape, *PLACES[q.name]) for q in PARTICLE_STATE)
         self.books = _books(self, PARTICLE)
         self.shares = Shares(BLOCK if in_blocks else count)
-        self.gathered = ti.Matrix.field(5, 2, float, shape=self.lane_groups * LANES)  # see grid_to_particle
+        self.gathered = ti.Matrix.field(5, 2, float, shape=self.slots)  # see grid_to_particle
 
     def read(self, name: str) -> np.ndarray:
         """A copy of one quantity as f64, shape (count, *shape)."""
-        return getattr(self, name).to_numpy()[: self.count].astype(np.float64)
+        first, last = PLACES[name]
+        values = np.empty((self.count, last - first))
+        copy_out(self, values, first, last)
+        return values.reshape(self.count, *SHAPES[name])
 
     def write(self, name: str, values: np.ndarray) -> None:
         """Set one quantity for all particles; the padding repeats the last one."""
-        field = getattr(self, name)
-        values = np.asarray(values)
-        _fill(field, np.pad(values, [(0, field.shape[0] - self.count)] + [(0, 0)] * (values.ndim - 1), "edge"))
+        flat = np.ascontiguousarray(np.asarray(values, dtype=float).reshape(self.count, -1))
+        copy_in(self, flat, *PLACES[name])
+
+    def write_all(self, values: Mapping[str, np.ndarray]) -> None:
+        """Set every quantity, as ``write`` does."""
+        flat = [np.asarray(values[name], dtype=float).reshape(self.count, -1) for name in PLACES]
+        table = np.ascontiguousarray(np.concatenate(flat, axis=1))
+        copy_in(self, table, 0, table.shape[1])
 
     def start(self, scene: Scene, material: Material) -> None:
         """Give each quantity its first value: undeformed and at rest."""
-        for quantity in PARTICLE_STATE:
-            self.write(quantity.name, np.broadcast_to(quantity.first(scene, material), (self.count, *quantity.shape)))
+        self.write_all(
+            {q.name: np.broadcast_to(q.first(scene, material), (self.count, *q.shape)) for q in PARTICLE_STATE}
+        )
 
 
 @ti.data_oriented
