@@ -125,7 +125,7 @@ def divide_mass(bodies: Bodies, mass: np.ndarray, least: float) -> np.ndarray:
     """Divide each bit of snow into its parts of STATES, (n, 3).
 
     ``mass`` (n,); ``least``: of a lump, all of it whole.  In a body that large all else is crushed or loose as it was
-    strained; a smaller one came off, and is loose.
+    strained; a smaller one came off, and is loose.  What opened is loose as it is, so that none is exactly none.
     """
     label = bodies.component + 1  # 0: none
     whole = bodies.whole
@@ -134,4 +134,5 @@ def divide_mass(bodies: Bodies, mass: np.ndarray, least: float) -> np.ndarray:
     is_lump[0] = is_body[0] = False
     lump = whole * is_lump[label]
     crushed = np.where(is_body[label], bodies.crushed * (1.0 - bodies.opened) + whole * ~is_lump[label], 0.0)
-    return np.stack([lump, crushed, np.maximum(1.0 - lump - crushed, 0.0)], axis=1)
+    loose = np.where(is_body[label], bodies.opened, 1.0)
+    return np.stack([lump, crushed, loose], axis=1)

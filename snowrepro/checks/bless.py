@@ -66,8 +66,11 @@ def require_clean() -> None:
 
 
 def _keep_other_rows(before: pd.DataFrame, after: pd.DataFrame, *keys: str) -> pd.DataFrame:
-    """Add to a renewed table those rows of the old one whose ``keys`` it does not have."""
-    if before.empty:
+    """Add to a renewed table those rows of the old one whose ``keys`` it does not have.
+
+    None where the columns are others now: such rows would have empty cells, and no check could read the file.
+    """
+    if before.empty or {*before.columns} != {*after.columns}:
         return after
     renewed = pd.MultiIndex.from_frame(after[[*keys]])
     others = before[~pd.MultiIndex.from_frame(before[[*keys]]).isin(renewed)]

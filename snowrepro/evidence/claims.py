@@ -373,8 +373,8 @@ def _find_same(claim: Claim, claims: Claims, table: pd.DataFrame) -> str:
 
 
 def format_number(value: float) -> str:
-    """Write a number with two decimals where they are enough, else with three digits; round-off is nothing."""
-    return f"{value:.2f}" if abs(value) <= ROUND_OFF or 0.005 <= abs(value) < 1000 else f"{value:.3g}"
+    """Write a number with two decimals where they are enough, else with three digits."""
+    return f"{value:.2f}" if value == 0 or 0.005 <= abs(value) < 1000 else f"{value:.3g}"
 
 
 def format_interval(value: Estimate) -> str:

@@ -31,7 +31,8 @@ MEASURES = {
     "flattening_end": "height lost",
     "hardening_at_release": "hardening at release",
 }
-PARTS = ("lump_fraction", "crushed_fraction", "loose_fraction", "flattening_end")  # of one, and drawn
+SHARES = ("lump_fraction", "crushed_fraction", "loose_fraction")  # of the mass
+PARTS = (*SHARES, "flattening_end")  # from 0 to 1, and drawn
 
 
 @dataclass(frozen=True)

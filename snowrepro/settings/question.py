@@ -10,7 +10,8 @@ from .base import Name, Settings
 # Columns of a fallen run's summary that something can be claimed of: parts of a whole, from 0 to 1, and others.
 Fraction = Literal[
     "lump_fraction", "crushed_fraction", "loose_fraction", "powder_fraction", "vanished", "largest_fragment",
-    "median_mass", "broken_bonds", "lumps_by_bonds", "lumps_by_proximity", "lumps_by_grid", "lumps_by_damage",
+    "median_mass", "broken_bonds", "lumps_by_strain", "lumps_by_bonds", "lumps_by_proximity", "lumps_by_grid",
+    "lumps_by_damage", "largest_seen",
 ]  # fmt: skip
 Measure = Literal[
     Fraction, "lumps", "fragments", "joined_chance", "effective_number", "second_moment", "impact_speed",

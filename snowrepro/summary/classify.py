@@ -46,7 +46,7 @@ def classify(
     ``mass`` (n,), ``release`` (a frame), ``grid_spacing``, ``cell`` (over which strain is measured) and ``cell_mass``
     (of it, full of unpressed snow) win over what the data says.
     ``analysis`` and ``settings`` by name (``definition="proximity"``, ``break_strain=0.2``) define what a lump is; by
-    default the run's own configuration does, or conf/analysis/bonds.yaml.
+    default the run's own configuration does, or conf/analysis/strain.yaml.
     Variables and dimensions of a Dataset that have other names than the usual ones are named likewise, as in
     ``layout.Names``: ``position="coordinates"`` or ``"x,y"``, ``velocity``, ``particle_id``, ``time``,
     ``time_dimension``, ``particle_dimension``; ``mass`` may be a name too.  "none": the data has none.

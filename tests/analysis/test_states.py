@@ -154,6 +154,12 @@ def test_what_slides_along_a_cut_is_whole():
         assert_near(judge(DISC, np.where(DISC[:, :1] < 0, DISC - [0.0, slip], DISC)), 1, 0, 0)
 
 
+def test_where_nothing_came_apart_nothing_is_loose():
+    """Not even by round-off: what is said of loose snow is that there is none."""
+    flat = DISC * [1, 0.65] + [0, 30]
+    assert classify_states(DISC, flat).last.loose_fraction == 0.0
+
+
 def test_a_draped_layer_is_whole_unless_it_is_bent_sharply():
     layer = fill_layer()
     assert_near(judge(layer, bend(layer, 20)), 1, 0, 0)

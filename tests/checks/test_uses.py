@@ -22,7 +22,7 @@ def own_experiment(tmp_path, monkeypatch):
 
 
 def test_built_in_experiments_are_enough():
-    """Figures 5 and 6 coarsely; Figure 5 as fine as the paper, and to try mutants on."""
+    """Figure 5: coarsely, as fine as the paper, and to try mutants on."""
     assert uses.find_experiments("coarse") == ["fig5"]
     assert [uses.find_one_experiment(use) for use in ("fine", "mutants")] == ["fig5", "fig5"]
 

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ...evidence.gather import Evidence, sort_as_in_paper
-from ...evidence.refinement import MEASURES, PARTS, Refinement, Trend, follow_grids
+from ...evidence.refinement import MEASURES, PARTS, SHARES, Refinement, Trend, follow_grids
 from ...evidence.variants import format_setting
 from ...settings.case import ARMS
 from ...store.run import Run
@@ -67,19 +67,20 @@ def report(evidence: Evidence) -> FigureContent:
     return FigureContent(blocks, _summarise(choices))
 
 
-def _list_shares(choices: Sequence[Refinement]) -> Iterator[tuple[Refinement, tuple[str, float, str], Trend]]:
-    """List the trends of the shares of mass that were run on the two finest grids."""
-    for choice in choices:
-        for key, trend in choice.trends.items():
-            if key[2] in PARTS[:3] and trend.steps and not math.isnan(trend.steps[-1]):
-                yield choice, key, trend
+def _list_shares(choice: Refinement) -> list[tuple[tuple[str, float, str], Trend]]:
+    """List the trends of the shares of mass that were run on the two finest grids, by arm, pressure and measure."""
+    return [
+        (key, trend)
+        for key, trend in choice.trends.items()
+        if key[2] in SHARES and trend.steps and not math.isnan(trend.steps[-1])
+    ]
 
 
 def _summarise(choices: Sequence[Refinement]) -> str:
     """Say how far shares move between the two finest grids, and which of them do not converge."""
     parts = []
     for choice in choices:
-        shares = [(key, trend) for _, key, trend in _list_shares([choice])]
+        shares = _list_shares(choice)
         if not shares:
             continue
         (arm, pressure, measure), trend = max(shares, key=lambda item: abs(item[1].steps[-1]))
