@@ -4,7 +4,14 @@ import re
 from collections.abc import Iterator
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+    model_validator,
+)
 
 MOST_LETTERS = 60
 PLAIN = re.compile(r"\w([\w .,=+~()-]*[\w,=+~()-])?")
@@ -13,10 +20,26 @@ RESERVED = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\..*)?", re.IGNORECA
 SMALLEST, LARGEST = 1e-30, 1e30
 
 
+class AddedLater:
+    """Marks a setting, in ``Annotated``, that came after runs were stored without it: its default is what they did.
+
+    It is written down only where it is not the default, so that the ids of those runs stay what they are.
+    """
+
+
 class Settings(BaseModel):
     """Base of all sections: immutable, a misspelt key is an error, and no number is beyond reckoning."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    @model_serializer(mode="wrap")
+    def _leave_out_what_was_added_later(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """The settings as plain values, without those marked ``AddedLater`` that have their default."""
+        plain: dict[str, Any] = handler(self)
+        for name, field in type(self).model_fields.items():
+            if AddedLater in field.metadata and getattr(self, name) == field.default:
+                plain.pop(name, None)
+        return plain
 
     @model_validator(mode="after")
     def _numbers_can_be_reckoned_with(self) -> "Settings":

@@ -4,11 +4,11 @@ Lengths are in cells of the paper's grid; ``reading.cell`` turns them into the r
 """
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
+from pydantic import Field, model_validator
 
-from .base import Name, Settings
+from .base import AddedLater, Name, Settings
 
 MODEL_VERSION = 5  # goes up when the same case gives another result, or a result that holds more
 ARMS = ("sintered", "unsintered")
@@ -36,7 +36,7 @@ class Outline(Settings):
     centre: Point = Field((0.0, 0.0), description="circle: centre [cells]")
     radius: float | None = Field(None, gt=0, le=MOST_REACH, description="circle: radius [cells]")
     points: Ring | None = Field(None, description="polygon: corners in order [cells], and bulge [1]")
-    rings: tuple[Ring, ...] | None = Field(
+    rings: Annotated[tuple[Ring, ...] | None, AddedLater] = Field(
         None, description="more closed curves, each a list of corners: holes, other bodies, islands in holes"
     )
 
@@ -70,12 +70,6 @@ class Outline(Settings):
         if farthest > MOST_REACH:
             raise ValueError(f"the outline reaches {farthest:g} cells from (0, 0); at most {MOST_REACH:g} are allowed")
         return self
-
-    @model_serializer(mode="wrap")
-    def _write_rings_only_if_there_are_any(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """As before there were any, so that the ids of runs stay what they are."""
-        plain: dict[str, Any] = handler(self)
-        return plain if self.rings else {name: value for name, value in plain.items() if name != "rings"}
 
 
 class Shape(Settings):
