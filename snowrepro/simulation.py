@@ -9,6 +9,7 @@ import xarray as xr
 
 from . import units
 from .analysis.clusters import FRAMES, MEMBER, POSITION, Clusters, group_particles, locate_clusters, make_clusters
+from .analysis.rest import is_at_rest
 from .mpm import diagnostics, ledger, solver
 from .mpm.state import PARTICLE_STATE
 from .scene.build import build_scene
@@ -20,7 +21,7 @@ class Record:
     """What a run has given so far.
 
     ``rows`` of diagnostics by frame, the states that are stored, where the ``clusters`` of the particles at release
-    are in each frame since then (``track``), and constants.
+    are in each frame since then (``track``), constants, and whether the last frame is the end of the run.
     """
 
     rows: list[dict[str, float]] = field(default_factory=list)
@@ -31,18 +32,20 @@ class Record:
     constants: dict[str, np.ndarray] = field(default_factory=dict)  # as they were at the start
     clusters: Clusters | None = None
     track: list[np.ndarray] = field(default_factory=list)
+    is_ended: bool = False
 
     def add(self, frame: solver.Frame, case: Case) -> None:
         """Measure a frame, and keep its particles if they are to be stored."""
         if frame.number == 0:
             self.constants = {name: frame.read(name) for name in ("mass", "volume")}
         self.rows.append(diagnostics.measure(frame, case, self.rows[-1] if self.rows else None))
-        if case.is_stored(frame.number):
+        if frame.number >= case.loading.press_frames:
+            self._follow(frame.read("position").astype(np.float32), case)
+        self.is_ended = self.find_end(case)
+        if case.is_stored(frame.number) or self.is_ended:
             self.numbers.append(frame.number)
             for name, values in self.stored.items():
                 values.append(frame.read(name).astype(np.float32))
-        if frame.number >= case.loading.press_frames:
-            self._follow(frame.read("position").astype(np.float32), case)
 
     def _follow(self, positions: np.ndarray, case: Case) -> None:
         """Find the clusters in a frame since the release; in that of the release the particles are grouped."""
@@ -50,10 +53,23 @@ class Record:
             self.clusters = group_particles(positions, self.constants["mass"], _cluster_width(case))
         self.track.append(locate_clusters(self.clusters, positions).astype(np.float32))
 
+    def find_end(self, case: Case) -> bool:
+        """Find whether the run is at its end: in its last frame, or with snow that has been at rest for so long."""
+        frames, rest = case.frames_at_rest, case.loading.rest
+        if len(self.rows) > case.frames:
+            return True
+        if not (frames and rest and self.clusters):
+            return False
+        energies = [row["kinetic_energy"] for row in self.rows[case.loading.press_frames :]]
+        return is_at_rest(energies, self.track, self.clusters, rest, frames, case.reading.cell)
+
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a run is: frames done and in all, substeps of the last frame; and all that it takes to go on."""
+    """How far a run is: frames done and in all, substeps of the last frame; and all that it takes to go on.
+
+    ``frames``: at most, or as many as it took once the snow is at rest.
+    """
 
     frame: int
     frames: int
@@ -71,16 +87,20 @@ def simulate_case(
 
     ``on_frame`` is called after each frame; what its ``checkpoint`` gave can be passed as ``resume`` to
     go on from there, to the same bits.  Returns a Dataset with dimensions ``frame`` (0 to the last, for
-    the diagnostics), ``snapshot`` (the stored frames), ``particle`` and ``axis``.
+    the diagnostics), ``snapshot`` (the stored frames), ``particle`` and ``axis``.  The last frame is that of the case,
+    or the one in which the snow has come to rest.
     Raises ConfigError where the scene does not fit, Diverged where the run stops being one.
     """
     scene = build_scene(case)
-    total = case.frames
     record = _unpack(resume, case) if resume else Record()
-    for frame in solver.frames(case, scene, resume, threads):
+    frames = () if record.is_ended else solver.frames(case, scene, resume, threads)
+    for frame in frames:
         record.add(frame, case)
         if on_frame:
-            on_frame(Progress(frame.number, total, frame.substeps, partial(_pack, record, frame)))
+            last = frame.number if record.is_ended else case.frames
+            on_frame(Progress(frame.number, last, frame.substeps, partial(_pack, record, frame)))
+        if record.is_ended:
+            break
     return _describe(case, record)
 
 
@@ -108,6 +128,7 @@ def _unpack(saved: Mapping[str, np.ndarray], case: Case) -> Record:
         released = stored["position"][numbers.index(case.loading.press_frames)]
         record.clusters = make_clusters(saved[MEMBER], released, record.constants["mass"], _cluster_width(case))
         record.track = list(saved[POSITION])
+    record.is_ended = record.find_end(case)
     return record
 
 

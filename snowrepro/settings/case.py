@@ -123,12 +123,23 @@ class Sintering(Settings):
     C5: float = Field(ge=0, description="Eq. 9, external force [s^2/length]")
 
 
+class Rest(Settings):
+    """When the snow counts as at rest, so that the run ends before its last frame; our choice, to save time."""
+
+    seconds: float = Field(gt=0, description="for which it has to be at rest [s]")
+    energy: float = Field(gt=0, lt=1, description="kinetic energy, part of its largest since the release [1]")
+    distance: float = Field(gt=0, description="that a cluster may move in this time [cells]")
+    strain: float = Field(gt=0, description="by which neighbouring clusters may change their distance in it [1]")
+    part: float = Field(ge=0, lt=1, description="of the clusters, and of the neighbours, that may do more [1]")
+
+
 class Loading(Settings):
     """When the snow is pressed and how long it is watched (Sec. 4.1)."""
 
     press_frames: int = Field(gt=0, description="frames with force and sintering [1]")
     frames: int = Field(gt=0, le=MOST_FRAMES, description="frames in all [1]")
     frame_time: float = Field(gt=0, le=1, description="length of a frame [s]")
+    rest: Annotated[Rest | None, AddedLater] = Field(None, description="ends the run before; none: all frames")
 
     @model_validator(mode="after")
     def _falls_after_pressing(self) -> "Loading":
@@ -300,14 +311,17 @@ class Case(Settings):
         return ARMS[0] if self.sintering.enabled else ARMS[1]
 
     def is_stored(self, frame: int) -> bool:
-        """Whether a frame's particles are kept: every so many, and always the start, the release and the end."""
+        """Whether a frame's particles are kept: every so many, and always the start, the release and the last one.
+
+        Those of the frame in which a run ends at rest are kept too.
+        """
         release, behind = self.loading.press_frames, frame - self.loading.press_frames
         in_turn = behind % self.indenter.every if self.indenter and behind > 0 else frame % self.output.every
         return (in_turn == 0 or frame in (release, self.frames)) and 0 <= frame <= self.frames
 
     @property
     def frames(self) -> int:
-        """Frames of the run: those of the loading, or as many as the hardness test takes."""
+        """Frames of the run, at most: those of the loading, or as many as the hardness test takes."""
         if self.indenter is None:
             return self.loading.frames
         way = self.approach + self.indenter.depth
@@ -322,6 +336,13 @@ class Case(Settings):
     def approach(self) -> float:
         """Height above first touch from which the disc comes, out of reach of the snow's nodes [cells]."""
         return APPROACH_SPACINGS * self.fidelity.dx
+
+    @property
+    def frames_at_rest(self) -> int | None:
+        """Frames at rest that end the run; None: it goes on to the last, as a hardness test does."""
+        if self.indenter or not self.loading.rest:
+            return None
+        return math.ceil(self.loading.rest.seconds / self.loading.frame_time - 1e-9)
 
     def is_tested(self, frame: int) -> bool:
         """Whether the indenter moves in a frame."""

@@ -10,6 +10,7 @@ from typing import Any
 from ..settings.base import Settings
 from ..settings.case import MODEL_VERSION, Case
 
+OF_A_FALL = {"frames", "rest"}  # of the loading
 _json = json.JSONEncoder(sort_keys=True, separators=(",", ":")).encode
 # By the id of a section for as long as it lives, as many runs share it; not by its value: 0.0 equals -0.0.
 _texts: dict[int, tuple[weakref.ref, str]] = {}
@@ -28,7 +29,7 @@ def is_id_of(run_id_written: str, config: Mapping[str, Any]) -> bool:
     """Whether an id is that of the run whose configuration was written down so, as plain values of this version."""
     plain = {name: config[name] for name in Case.model_fields if name in config}
     if plain.get("indenter") and isinstance(plain.get("loading"), dict):
-        plain["loading"] = {name: value for name, value in plain["loading"].items() if name != "frames"}
+        plain["loading"] = {name: value for name, value in plain["loading"].items() if name not in OF_A_FALL}
     digest = hashlib.sha256(_json({**plain, "model_version": MODEL_VERSION}).encode()).hexdigest()[:10]
     if run_id_written.endswith(f"-{digest}"):  # in a tenth of the time that it takes to validate it
         return True
@@ -42,8 +43,8 @@ def canonical(case: Case, model_version: int) -> str:
     """The case as JSON with sorted keys and no blanks; what is made of it must never change by a byte."""
     texts = {name: _text(getattr(case, name)) for name in Case.model_fields}
     texts["model_version"] = str(model_version)
-    if case.indenter:  # it does not take the frames of the fall
-        texts["loading"] = _json(case.loading.model_dump(mode="json", exclude={"frames"}))
+    if case.indenter:  # it takes nothing of the fall
+        texts["loading"] = _json(case.loading.model_dump(mode="json", exclude=OF_A_FALL))
     else:  # written as before there were any
         del texts["indenter"]
     return "{" + ",".join([f'"{name}":{text}' for name, text in sorted(texts.items())]) + "}"

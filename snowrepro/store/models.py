@@ -76,6 +76,7 @@ class Manifest(Stored):
     device: Line = ""  # what Taichi computed on: x64, arm64 or cuda
     wall_seconds: float = 0.0
     seconds_per_frame: float = 0.0  # NaN of a run of few frames
+    frames: int | None = Field(None, ge=0, le=10**12)  # that it took: it may have ended at rest
     peak_memory_mb: float = Field(0.0, ge=0, le=1e12)
 
 

@@ -203,6 +203,7 @@ class Run:
         dataset = dataset.assign_attrs(run_id=self.id, seed=self.case.seed, **rounded, **origin)
         content = {"run_id": self.id, "model_version": MODEL_VERSION, **origin, **rounded, **(facts or {})}
         content["kind"] = asdict(_arrays().kind_of(self.case))
+        content["frames"] = dataset.sizes.get("frame", 1) - 1
         content["config"] = self.config.record()
         self.require_own_folders()
         folder = folder or self.prepare_result()

@@ -101,6 +101,11 @@ FALL_COLUMNS = {
     "bodies_seen": Column("number of bodies that an eye sees at the end, as large as the least lump of unpressed snow"),
     "largest_seen": Column("part of the area that snow covers at the end in the largest body that an eye sees"),
     "raggedness": Column("perimeter squared of that body over 4 pi times its area, without holes: 1 for a disc"),
+    "end_frame": Column(
+        "frame in which the run ended",
+        "1",
+        "the last of loading.frames, or the one in which the snow had been at rest for long enough (loading.rest)",
+    ),
     "impact_speed": Column("largest speed of a particle while falling", "L/T"),
     "flattening_most": Column("height lost from the release on at most, part of the height at release"),
     "flattening_end": Column("height lost from the release to the end, part of the height at release"),

@@ -103,6 +103,7 @@ def _measure_fall(dataset: xr.Dataset, classification: Classification) -> dict[s
         **classification.measures(),
         **_measure_other_definitions(classification),
         **_look_at_end(dataset, classification),
+        "end_frame": int(dataset["frame"][-1]),
         "impact_speed": float(falling["top_speed"].max()),
         **hardness.measure_impact(falling["body_height"].values, speeds),
     }

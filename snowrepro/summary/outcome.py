@@ -25,7 +25,7 @@ def list_units(row: Mapping[str, Any], length_unit: str) -> dict[str, str]:
 def _describe_fall(row: Mapping[str, Any]) -> str:
     """Describe lumps, crushed and loose snow at the end of a fall."""
     unsettled = "" if row["settled"] else " It still changes at the end: the snow has not settled."
-    return f"{describe_lumps(row)}{unsettled}"
+    return f"{describe_lumps(row)}{unsettled} The run ended in frame {row['end_frame']:.0f}."
 
 
 def _describe_test(row: Mapping[str, Any], length_unit: str) -> str:

@@ -27,12 +27,16 @@ UNLIKE = {"shape": 1.0, "floor": 0.5, "sintered": 4.0, "fidelity": 3.0, "solver"
 
 @dataclass(frozen=True)
 class Measured:
-    """What a finished run took: seconds before its frames, seconds of a frame per ``work``, memory [MB]."""
+    """What a finished run took: seconds before its frames, seconds of a frame per ``work``, memory [MB].
+
+    ``part``: of its frames that it took, as it may have ended at rest.
+    """
 
     kind: Kind
     startup: float
     cost: float
     memory_mb: float
+    part: float
 
 
 @dataclass(frozen=True)
@@ -53,7 +57,8 @@ def estimate(cases: Iterable[Case], store: str | Path) -> Estimate:
         like = _like(kind, measured)
         startup = median(m.startup for m in like) if like else GUESS_STARTUP
         cost = median(m.cost for m in like) if like else GUESS_COST
-        seconds += count * (startup + kind.frames * kind.work * cost + LAUNCH_SECONDS)
+        part = median(m.part for m in like) if like else 1.0
+        seconds += count * (startup + part * kind.frames * kind.work * cost + LAUNCH_SECONDS)
         memory_mb = max([memory_mb, *(m.memory_mb * max(1.0, kind.work / m.kind.work) for m in like)])
     return Estimate(seconds, memory_mb, len(measured))
 
@@ -81,9 +86,10 @@ def _tells_time(content: Mapping[str, Any]) -> bool:
 def _measured(content: Mapping[str, Any]) -> Measured:
     """What a manifest says."""
     kind = Kind(**KindFacts.model_validate(content["kind"]).model_dump())
-    frame = content["seconds_per_frame"]
-    startup = max(0.0, content["wall_seconds"] - frame * kind.frames)
-    return Measured(kind, startup, frame / kind.work, content.get("peak_memory_mb", GUESS_MEMORY_MB))
+    frame, frames = content["seconds_per_frame"], min(kind.frames, content.get("frames") or kind.frames)
+    startup = max(0.0, content["wall_seconds"] - frame * frames)
+    memory_mb = content.get("peak_memory_mb", GUESS_MEMORY_MB)
+    return Measured(kind, startup, frame / kind.work, memory_mb, frames / kind.frames)
 
 
 def _like(kind: Kind, measured: Sequence[Measured]) -> list[Measured]:

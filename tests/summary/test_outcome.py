@@ -7,7 +7,9 @@ from snowrepro.summary.outcome import describe_outcome, list_units
 FALL = {"lumps": 3, "lump_fraction": 0.7197, "crushed_fraction": 0.2, "loose_fraction": 0.0803} | {
     "vanished": 0.0,
     "settled": True,
+    "end_frame": 346,
 }
+END = " The run ended in frame 346."
 TEST = {"indenter": "disc", "hardness": 4912.4, "hardness_depth": 8.0}
 
 
@@ -31,11 +33,11 @@ TEST = {"indenter": "disc", "hardness": 4912.4, "hardness_depth": 8.0}
     ],
 )
 def test_a_fall_is_lumps_crushed_and_loose_snow(changes, said):
-    assert describe_outcome(FALL | changes, "cell") == said
+    assert describe_outcome(FALL | changes, "cell") == said + END
 
 
 def test_snow_that_still_changes_is_told():
-    assert describe_outcome(FALL | {"settled": False}, "cell").endswith("the snow has not settled.")
+    assert describe_outcome(FALL | {"settled": False}, "cell").endswith(f"the snow has not settled.{END}")
 
 
 def test_a_hardness_test_has_its_unit():

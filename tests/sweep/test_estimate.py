@@ -18,10 +18,10 @@ from snowrepro.sweep.explain import explain, run_named
 from snowrepro.sweep.plan import make_plan
 
 
-def finished(run: Run, seconds: float, per_frame: float, megabytes: int = 300) -> None:
+def finished(run: Run, seconds: float, per_frame: float, megabytes: int = 300, frames: int = 600) -> None:
     """A run that took so long, without its particles."""
     run.folder.mkdir(parents=True)
-    took = {"wall_seconds": seconds, "seconds_per_frame": per_frame, "peak_memory_mb": megabytes}
+    took = {"wall_seconds": seconds, "seconds_per_frame": per_frame, "peak_memory_mb": megabytes, "frames": frames}
     manifest.write(run.folder, [], {"run_id": run.id, "kind": vars(kind_of(run.case)), **took})
 
 
@@ -48,6 +48,13 @@ def test_a_like_run_tells(of, tmp_path):
     assert low.seconds == pytest.approx(14.0 + LAUNCH_SECONDS)
     assert high.seconds == pytest.approx(31.0 + LAUNCH_SECONDS)
     assert (low.measured, high.memory_mb) == (2, 900)
+
+
+def test_a_run_that_ended_at_rest_tells(of, tmp_path):
+    """Another seed will end as early."""
+    finished(of("fidelity=preview"), seconds=8.0, per_frame=0.02, frames=300)
+    found = estimate([of("fidelity=preview", "seed=7").case], tmp_path)
+    assert found.seconds == pytest.approx(8.0 + LAUNCH_SECONDS)
 
 
 def test_a_finer_run_takes_as_much_more_work(of, tmp_path):

@@ -146,18 +146,16 @@ def _find_unclosed_momentum(ledger: xr.Dataset) -> float:
     return unclosed / float(abs(ledger["momentum_y"]).max())
 
 
-def _list_stages(run: Run) -> dict[str, tuple[int, int]]:
-    """List the stages of a run with their first and last frame."""
-    return {
-        "pressed": (0, run.case.loading.press_frames),
-        "falling": (run.case.loading.press_frames, run.case.loading.frames),
-    }
+def _list_stages(run: Run, ledger: xr.Dataset) -> dict[str, tuple[int, int]]:
+    """List the stages of a run with their first and last frame; ``ledger``: its diagnostics."""
+    release, end = run.case.loading.press_frames, ledger.sizes["frame"] - 1
+    return {"pressed": (0, release), "falling": (release, end)}
 
 
 def _make_rows(run: Run, ledger: xr.Dataset) -> list[dict[str, Any]]:
     """Make one row for each stage: what each cause gave, as parts of the turnover."""
     rows = []
-    for stage, (first, last) in _list_stages(run).items():
+    for stage, (first, last) in _list_stages(run, ledger).items():
         part = ledger.isel(frame=slice(first + 1, last + 1))
         turned_over = float(sum(abs(part[name]).sum() for name in WORKS))
         shares = {name: float(part[name].sum()) / turned_over for name in WORKS}
@@ -181,7 +179,7 @@ def draw_ledgers(runs: Sequence[Run], ledgers: Sequence[xr.Dataset], evidence: E
     figure = Figure(figsize=(9.2, 2.6 * len(runs) + 0.9), layout="constrained")
     axes = figure.subplots(len(runs), 2, squeeze=False)
     for row, run, ledger in zip(axes, runs, ledgers, strict=True):
-        for ax, (stage, (first, last)) in zip(row, _list_stages(run).items(), strict=True):
+        for ax, (stage, (first, last)) in zip(row, _list_stages(run, ledger).items(), strict=True):
             _draw_panel(ax, ledger, first, last)
             sintered = "with sintering" if run.case.sintering.enabled else "without sintering"
             ax.set_title(f"{run.case.pressure:g} {evidence.pressure_unit}, {sintered}: {stage}", fontsize=9)

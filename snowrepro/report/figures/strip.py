@@ -26,6 +26,7 @@ from ..drawing.common import (
     get_panel_size,
     save_figure,
 )
+from ..drawing.frames import hold_frames
 from ..drawing.states import FOOT, add_state_legend, colour_fragments
 from ..sections import broken, specification
 from ..sections import claims as claims_section
@@ -44,13 +45,14 @@ class Row:
 
     ``places``: of its particles (n, 2) [length units], empty if the run is missing; ``colours``: of each particle by
     its state and fragment (n,), from the release on; ``measures``: part of the mass in each state, and the number of
-    lumps, likewise.
+    lumps, likewise; ``end``: the frame in which the run ended, at rest; what is shown later is the snow of then.
     """
 
     label: str
     places: dict[int, np.ndarray]
     colours: dict[int, np.ndarray]
     measures: dict[int, dict[str, float]]
+    end: int = 0
 
 
 def report(evidence: Evidence) -> FigureContent:
@@ -146,6 +148,9 @@ def draw_strip(rows: Sequence[Row], frames: Sequence[int], run: Run, path: Path,
                 continue
             colour = row.colours.get(frame, SNOW) if by_fragment else SNOW
             draw_snow(ax, run, row.places[frame], PANEL * 72 / width, colour)
+            if frame > row.end:
+                note = f"at rest since {row.end}"
+                ax.text(0.03, 0.96, note, transform=ax.transAxes, va="top", color="white", fontsize=letters)
         axes[0].set_ylabel(
             row.label.removeprefix(NAMED), rotation=0, ha="right", va="center", fontsize=letters, labelpad=8
         )
@@ -189,15 +194,22 @@ def _make_row(run: Run, evidence: Evidence) -> Row:
     if not evidence.is_done(run):
         return Row(label, {}, {}, {})
     frames = evidence.experiment.frames
-    after_release = [frame for frame in frames if frame >= run.case.loading.press_frames]
     with run.open() as dataset:
-        classified = classify(dataset, run.config.question.analysis, frames=after_release) if after_release else None
-        places = {frame: dataset["position"].sel(snapshot=frame).values for frame in frames}
+        stored = dataset["snapshot"].values
+        shown = dict(zip(frames, hold_frames(stored, frames), strict=True))
+        falling = sorted({held for held in shown.values() if held >= run.case.loading.press_frames})
+        classified = classify(dataset, run.config.question.analysis, frames=falling) if falling else None
+        places = {frame: dataset["position"].sel(snapshot=held).values for frame, held in shown.items()}
     if not classified:
-        return Row(label, places, {}, {})
-    colours = zip(classified.fragments, colour_fragments(classified), strict=True)
-    measures = {now.frame: {**now.shares, "lumps": now.lumps} for now in classified.fragments}
-    return Row(label, places, {now.frame: its_colours for now, its_colours in colours}, measures)
+        return Row(label, places, {}, {}, int(stored[-1]))
+    found = {
+        now.frame: (its_colours, {**now.shares, "lumps": now.lumps})
+        for now, its_colours in zip(classified.fragments, colour_fragments(classified), strict=True)
+    }
+    held_of = {frame: held for frame, held in shown.items() if held in found}
+    colours = {frame: found[held][0] for frame, held in held_of.items()}
+    measures = {frame: found[held][1] for frame, held in held_of.items()}
+    return Row(label, places, colours, measures, int(stored[-1]))
 
 
 FIGURE = FigureKind(report, is_judged=True, needs=("frames",))

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ...evidence.gather import Evidence
-from ...settings.case import Case
 from ...store import states
 from ...store.run import Run
 from ...summary.classify import classify
@@ -99,13 +99,14 @@ def draw_snow_rows(rows: Sequence[_Row], evidence: Evidence) -> None:
 
 def _draw_row(row: _Row, axes: Sequence[Axes]) -> None:
     """Draw one run at its TIMES, or its state where it has no result."""
-    run, frames = row.run, choose_frames(row.run.case)
+    run = row.run
     for ax in axes:
         draw_background(ax, run)
     if row.state != states.DONE:
         axes[-1].text(0.5, 0.5, row.state, transform=axes[-1].transAxes, ha="center", color="white")
         return
     with run.open() as dataset:
+        frames = choose_frames(dataset)
         classified = classify(dataset, run.config.question.analysis, frames=frames)
         places = [dataset["position"].sel(snapshot=frame).values for frame in frames]
     unit = PANEL * 72 / get_panel_size(run)[0]
@@ -116,8 +117,8 @@ def _draw_row(row: _Row, axes: Sequence[Axes]) -> None:
         ax.text(0.02, 0.97, text, transform=ax.transAxes, va="top", color="white", fontsize=8)
 
 
-def choose_frames(case: Case) -> list[int]:
-    """Choose the stored frames at TIMES."""
-    release = case.loading.press_frames
-    stored = [frame for frame in range(release, case.frames + 1) if case.is_stored(frame)]
+def choose_frames(dataset: xr.Dataset) -> list[int]:
+    """Choose the frames of a run at TIMES, of those that are stored."""
+    frames = dataset["snapshot"].values
+    stored = frames[frames >= dataset.attrs["release_frame"]].tolist()
     return [stored[round(time * (len(stored) - 1))] for time in TIMES]

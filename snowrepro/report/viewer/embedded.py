@@ -9,6 +9,7 @@ from ...analysis.lumps import Classification
 from ...store.run import Run
 from ...summary.classify import classify
 from ..drawing.colouring import index_colours
+from ..drawing.frames import hold_frames
 
 FIELDS = ("density", "J_P")
 FINENESS = 1024  # of the squares along a side by which particles are put in order
@@ -34,21 +35,22 @@ class EmbeddedRun:
 
 
 def embed(run: Run, frames: Sequence[int]) -> EmbeddedRun:
-    """Read a finished run at ``frames``; these must be stored, and contain the release and the last frame."""
+    """Read a finished run at ``frames``, which contain the release; where one is not stored, as it was before."""
     with run.open() as dataset:
-        released = [frame for frame in frames if frame >= int(dataset.attrs["release_frame"])]
+        held = hold_frames(dataset["snapshot"].values, frames)
+        released = sorted({frame for frame in held if frame >= int(dataset.attrs["release_frame"])})
         classified = classify(dataset, run.config.question.analysis, frames=released)
-        stored = dataset[["position", *FIELDS]].sel(snapshot=list(frames)).load()
+        stored = dataset[["position", *FIELDS]].sel(snapshot=held).load()
     order = _order_along_curve(stored["position"].values[0])
     places = stored["position"].values[:, order].astype(float)
     gone = np.isnan(places).any(axis=2)
-    shares, lumps = _list_shares(classified, frames)
+    shares, lumps = _list_shares(classified, held)
     return EmbeddedRun(
         run,
         _keep_last_places(places, gone),
         {name: np.nan_to_num(stored[name].values[:, order]) for name in FIELDS},
         {name: stored[name].attrs["units"] for name in FIELDS},
-        index_colours(classified, frames)[:, order],
+        index_colours(classified, held)[:, order],
         len(frames) - gone.sum(axis=0),
         shares,
         lumps,

@@ -20,6 +20,7 @@ from ...scene.outline import polylines
 from ...store.run import Run
 from ..drawing.colouring import PALETTE
 from ..drawing.common import FLOOR, SKY, SNOW, get_panel_size
+from ..drawing.frames import hold_frames
 from ..drawing.states import CRUSHED, LOOSE, LUMPS
 from .embedded import FIELDS, EmbeddedRun, embed
 from .packing import pack, round_to_levels, take_differences
@@ -55,7 +56,7 @@ def embed_runs(runs: Sequence[Run], budget: int) -> Viewer | None:
     alike = [run for run in runs if _is_alike(run, runs[0])]
     if not alike:
         return None
-    frames = choose_frames(alike[0])
+    frames = choose_frames(max(alike, key=_find_end))
     embedded_runs = [embed(run, frames) for run in alike]
     for count in range(len(embedded_runs), 0, -1):
         for thinning in THINNINGS:
@@ -80,7 +81,8 @@ def choose_frames(run: Run) -> list[int]:
     cumulated = np.cumsum(share)
     places = np.searchsorted(cumulated, np.linspace(cumulated[0], cumulated[-1], FRAMES))
     even = stored[places.clip(max=len(stored) - 1)]
-    of_figure = run.config.question.experiment.frames if run.config.question.experiment else ()
+    wanted = run.config.question.experiment.frames if run.config.question.experiment else ()
+    of_figure = hold_frames(stored, wanted)
     return sorted({int(stored[0]), run.case.loading.press_frames, int(stored[-1]), *of_figure, *even.tolist()})
 
 
@@ -104,7 +106,8 @@ def describe_embedding(
     sentences = [
         (
             f"Embedded: {len(embedded_runs)} of {len(runs)} runs, {len(frames)} of {stored} stored frames. Between "
-            "them, places are interpolated along straight lines, and colours are as at the frame before."
+            "them, places are interpolated along straight lines, and colours are as at the frame before. A run that "
+            "ended at rest stays as it was then."
         ),
         f"Places are rounded to 1/{PER_CELL} cell, density and J_P to {LEVELS} levels.",
         (
@@ -117,6 +120,12 @@ def describe_embedding(
     if missing:
         sentences.append(f"Left out, for lack of room or as they are not comparable: {'; '.join(missing)}.")
     return tuple(sentences)
+
+
+def _find_end(run: Run) -> int:
+    """Find the frame in which a run ended."""
+    with run.open() as dataset:
+        return int(dataset["snapshot"][-1])
 
 
 def _is_alike(run: Run, first: Run) -> bool:
