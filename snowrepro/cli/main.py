@@ -7,8 +7,10 @@ import os
 import signal
 import sys
 from collections.abc import Sequence
+from difflib import get_close_matches
 
 from ..errors import ExitCode, NoSolver, SnowreproError
+from ..text import make_printable
 from .arguments import split_folders
 from .deferred import deferred_imports
 from .surroundings import prepare_process
@@ -58,6 +60,7 @@ def read_command_line(words: Sequence[str]) -> tuple[argparse.Namespace, list[st
     """What a command line asks for, and its words that name a folder by an override; exits where it cannot be read."""
     others, named = split_folders(words)
     parser = build_parser(others)
+    _require_verb(others, parser)
     options, rest = parser.parse_known_args(others)
     if named:
         rest += folders.list_strange(options, named)
@@ -66,6 +69,15 @@ def read_command_line(words: Sequence[str]) -> tuple[argparse.Namespace, list[st
     if rest:
         options.overrides += rest  # argparse stops at an option between overrides
     return options, named
+
+
+def _require_verb(words: Sequence[str], parser: argparse.ArgumentParser) -> None:
+    """Exit with a short message where the first word is no verb: argparse would list all of them in one line."""
+    verb = next((word for word in words if not word.startswith("-")), None)
+    if verb is not None and verb not in VERBS:
+        near = get_close_matches(verb, VERBS, n=1)
+        hint = f"did you mean '{near[0]}'?" if near else "'snowrepro --help' lists what there is"
+        parser.error(f"'{make_printable(verb)}' is no command; {hint}")
 
 
 def build_parser(words: Sequence[str] | None = None) -> argparse.ArgumentParser:

@@ -1,9 +1,11 @@
 """The report of a sweep, as several verbs write it."""
 
+import shlex
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TypeVar
 
+from ..errors import ConfigError
 from ..report.figures.kinds import find_figure, needs_runs, require_drawable
 from ..report.page import paper
 from ..report.page.folder import find_report_folder
@@ -49,15 +51,28 @@ def print_claims(plan: Plan) -> None:
 
 
 def print_paper_report(overrides: Sequence[str], store: str) -> None:
-    """Write the report on the whole paper, and print where it is."""
+    """Write the report on the whole paper, and print where it is.  Raises ConfigError for what nothing was run with."""
+    others = [word for word in overrides if not word.startswith("store=")]
 
     def draw() -> tuple[list[str], list[Path]]:
         """Draw the report and those of its experiments; returns what to print, and all folders."""
         planned = paper.plan_paper(overrides, store, say)
+        _require_any_run(planned, others)
         pages = leave_out_broken(lambda: paper.write_paper(planned, say))
         return [f"report: {pages[0]}"], [page.parent for page in pages]
 
     print_drawn(paper.find_paper_folder(overrides), overrides, Path(store), draw)
+
+
+def _require_any_run(planned: paper.PlannedPaper, words: Sequence[str]) -> None:
+    """Raise ConfigError where the paper was run with none of the ``words``: all of its report would be empty."""
+    simulated = [part for part in planned.experiments if needs_runs(part.plan.runs)]
+    if words and not any(part.is_drawn for part in simulated):
+        asked = shlex.join(words)
+        raise ConfigError(
+            f"nothing of the paper was run with {asked} in the folder '{planned.store}'. To run it so: snowrepro run "
+            f"experiment=fig5 {asked}. One run has no report: 'snowrepro classify' and 'animate' show it"
+        )
 
 
 def print_drawn(

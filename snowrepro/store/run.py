@@ -386,6 +386,12 @@ def find_result(id_or_path: str | Path, store: str | Path) -> Path:
             return path
     if run_id := find_id(name, _list_results(Path(store)), store):
         return Path(store) / run_id / RESULT
+    with suppress(OSError):
+        if begun := find_id(name, [entry.name for entry in foreign.list_own(Path(store) / WORK, Path(store))], store):
+            raise StoreError(
+                f"the run '{begun}' has no result: it is not at its end, or it failed; 'snowrepro explain {begun}' "
+                "says more, and the command that began it goes on with it"
+            )
     raise StoreError(
         f"there is no run '{make_printable(name)}': neither a file, nor an id in the folder '{make_printable(store)}', "
         "nor the beginning or end of one"

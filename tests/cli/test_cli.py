@@ -53,6 +53,19 @@ def test_a_diverging_run_fails_with_exit_3(snowrepro, tmp_path):
     (failed,) = (tmp_path / "runs" / ".work").glob("*/outcome.json")
     assert json.loads(failed.read_text())["state"] == "failed"
     assert "diverged in frame" in json.loads(failed.read_text())["message"]
+    asked = snowrepro("classify", failed.parent.name)
+    assert asked.returncode == 2
+    assert f"the run '{failed.parent.name}' has no result: it is not at its end, or it failed" in asked.stderr
+
+
+@pytest.mark.parametrize(
+    ("word", "hint"), [("repot", "did you mean 'report'?"), ("xyz", "'snowrepro --help' lists what there is")]
+)
+def test_an_unknown_command_is_one_short_line(snowrepro, tmp_path, word, hint):
+    done = snowrepro(word, "fig5")
+    assert done.returncode == 2
+    assert done.stderr.splitlines()[-1] == f"snowrepro: error: '{word}' is no command; {hint}"
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_run_explains_itself_and_is_found_done(tmp_path):

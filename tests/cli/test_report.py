@@ -31,6 +31,15 @@ def test_a_paper_without_runs_says_how_to_make_them(snowrepro, tmp_path):
     assert str(tmp_path) not in page + html
 
 
+@pytest.mark.slow
+def test_a_paper_that_was_never_run_so_is_not_drawn(snowrepro, tmp_path):
+    """A user may take the words of one run for those of a report."""
+    done = snowrepro("report", "pressure=300")
+    assert done.returncode == 2
+    assert "nothing of the paper was run with pressure=300 in the folder 'runs'" in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.nightly
 def test_two_processes_write_the_same_bytes(snowrepro, tmp_path):
     """Page, text, JSON, pictures and tables of one store, made twice in processes of their own."""
