@@ -16,6 +16,7 @@ from .surroundings import prepare_process
 # Each is a file in verbs/, of which only that of the verb that is called is imported.
 VERBS = {
     "run": "simulate one run, a sweep or an experiment",
+    "sample": "a sweep over points of ranges, by a design",
     "claims": "decide the paper's claims by an experiment with several seeds",
     "plan": "say what would be run, why, and how long it takes",
     "status": "how far sweeps are",

@@ -13,7 +13,7 @@ NEEDED = {
     "plot": ["grid"], "retry": ["grid"],
 }  # fmt: skip
 WITH_STORE = sorted({*VERBS} - {"completion"})
-WITH_REPORTS = ["claims", "config", "crate", "plot", "report", "run"]
+WITH_REPORTS = ["claims", "config", "crate", "plot", "report", "run", "sample"]
 
 
 def read(verb: str, *words: str) -> argparse.Namespace:

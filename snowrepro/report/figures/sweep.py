@@ -83,6 +83,8 @@ def _draw_responses(evidence: Evidence) -> list[Block]:
         apart = f"snowrepro plot SWEEP x={key} panel={rest[0]}" if rest else ""
         which = join_names([format_code(name) for name in rest], "and")
         lines = f" Each value of {which} has a line of its own; {format_code(apart)} draws them apart." if rest else ""
+        if x in sweep.factors:
+            lines = " A design sampled it together with others, so no line goes through the points."
         points = describe_points(sweep, Roles(x, measures[0], colour))
         caption = f"Results over {format_code(key)}{scale}{colours}.{lines} {points[0].upper()}{escape(points[1:])}."
         blocks.append(Picture(file, f"Panels over {key}: {names}.", caption, data=RESULTS))
