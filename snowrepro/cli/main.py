@@ -23,6 +23,7 @@ VERBS = {
     "retry": "run again what failed",
     "report": "one page with verdicts, pictures and data, from the store alone",
     "plot": "a picture of any two columns of a sweep's table",
+    "sensitivity": "which setting of a sweep matters most, and where runs fail",
     "crate": "a folder to publish: a sweep's files, and how each was made",
     "check": "are results what they were, and as promised?",
     "bless": "renew the references of check",

@@ -22,7 +22,7 @@ from ..drawing.columns import (
 )
 from ..drawing.common import save_figure
 from ..drawing.plot import Roles, describe_points, draw_measures, spans_far
-from ..sections import sizes, snow
+from ..sections import influence, sizes, snow
 from .kinds import FigureKind
 
 RESULTS = "results.csv"
@@ -41,6 +41,7 @@ def report(evidence: Evidence) -> FigureContent:
     blocks = [
         *varied,
         *_draw_responses(evidence),
+        *(influence.make_blocks(sweep, evidence.folder) if sweep.sample else []),
         *_tabulate_numbers(sweep),
         *snow.make_blocks(evidence),
         *sizes.make_blocks(evidence),
