@@ -17,6 +17,7 @@ from .surroundings import prepare_process
 VERBS = {
     "run": "simulate one run, a sweep or an experiment",
     "sample": "a sweep over points of ranges, by a design",
+    "search": "find where along a setting a measure reaches a target, or is best",
     "claims": "decide the paper's claims by an experiment with several seeds",
     "plan": "say what would be run, why, and how long it takes",
     "status": "how far sweeps are",

@@ -68,7 +68,7 @@ def make_plan(overrides: Sequence[str], multirun: bool, part: tuple[int, int] | 
     # The sweeper reads its parameters first, then the command line, which wins.
     axes = {**_every_variant(overrides), **(hydra.sweeper.params or {})}
     params = [f"{key}={value}" for key, value in axes.items()]
-    parsed = _parse([*params, *overrides])
+    parsed = parse_overrides([*params, *overrides])
     last = _list_last(parsed)
     sample = read_sample(design, last) if design else None
     return Plan(enumerate_runs(parsed, (first, step), sample), True, tuple(overrides), sample)
@@ -101,7 +101,7 @@ def compose_first_run(overrides: Sequence[str]) -> Run:
 
 def split_swept(overrides: Sequence[str]) -> tuple[list[str], list[str]]:
     """The overrides that name one value, and those that name several.  Raises ConfigError."""
-    parsed = [(str(override.input_line), override.is_sweep_override()) for override in _parse(overrides)]
+    parsed = [(str(override.input_line), override.is_sweep_override()) for override in parse_overrides(overrides)]
     return [text for text, is_swept in parsed if not is_swept], [text for text, is_swept in parsed if is_swept]
 
 
@@ -145,7 +145,7 @@ def with_seeds(overrides: Sequence[str], seeds: int) -> list[str]:
     """The overrides of a sweep that has each run with the seeds 0 to ``seeds`` - 1.  Raises ConfigError."""
     if not 1 <= seeds <= MOST_SEEDS:
         raise ConfigError(f"seeds: should be 1 to {MOST_SEEDS} (got {seeds})")
-    if any(o.get_key_element().lstrip("+~") == "seed" for o in _parse(overrides)):
+    if any(o.get_key_element().lstrip("+~") == "seed" for o in parse_overrides(overrides)):
         raise ConfigError(f"seeds={seeds} means the seeds 0 to {seeds - 1}: leave out the override of seed")
     return [*overrides, f"seed={','.join(map(str, range(seeds)))}"]
 
@@ -185,7 +185,8 @@ def _every_variant(overrides: Sequence[str]) -> dict[str, str]:
     return {"variant": ",".join(names)} if names else {}
 
 
-def _parse(overrides: Sequence[str]) -> list[Override]:
+def parse_overrides(overrides: Sequence[str]) -> list[Override]:
+    """What overrides say, as Hydra's grammar and the functions for numbers read them.  Raises ConfigError."""
     try:
         return make_parser(config_loader()).parse_overrides(prepare_overrides(overrides))
     except OverrideParseException as error:
