@@ -60,7 +60,7 @@ class Ablation:
 
 def tabulate_ablation(sweep: CollectedSweep) -> Ablation:
     """Tabulate the variants of a sweep: see ``Ablation``."""
-    names = sweep.table.get(VARIANT, pd.Series("whole", sweep.table.index))
+    names = sweep.table.get(VARIANT, pd.Series("base", sweep.table.index))
     rows = []
     for (variant, pressure), cell in sweep.table.groupby([names, "pressure"], sort=False):
         lumps = cell[LUMPS].astype(float)

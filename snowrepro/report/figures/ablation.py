@@ -43,7 +43,7 @@ WORDS = {
     "hardening": "hardening of any kind",
 }
 OTHER_WORDS = {
-    "whole": "all laws",
+    "base": "all laws",
     UNSINTERED: "no sintering",
     "higher_cap": "all laws, the factor of Eq. 1 up to e⁸, not e⁵",
 }
