@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..composition.hydra_private import is_range
-from ..errors import ConfigError
+from ..errors import ConfigError, RunsFailed
 from ..evidence.search import Search, ask_next, read_answer
 from ..store.run import Run
 from ..summary.row import ALL_COLUMNS, read_row
@@ -47,7 +47,10 @@ def split_range(overrides: Sequence[str]) -> tuple[Factor, list[str]]:
 
 
 def run_searches(search: Search, measure: str, words: Sequence[str]) -> None:
-    """Run all searches that overrides without the range name, round by round; print what each found."""
+    """Run all searches that overrides without the range name, round by round; print what each found.
+
+    Raises RunsFailed at the end if a value has no result.
+    """
     cells = _list_cells(search, words)
     while asked := [(cell, values) for cell in cells if (values := ask_next(search, cell.known))]:
         plans = [cell.plan(search, values) for cell, values in asked]
@@ -58,6 +61,9 @@ def run_searches(search: Search, measure: str, words: Sequence[str]) -> None:
                 cell.known[value] = _measure(runs, measure)
     for cell in cells:
         _print_answer(search, measure, cell)
+    without = sum(math.isnan(each) for cell in cells for each in cell.known.values())
+    if without:
+        raise RunsFailed(f"{without} values have no result; 'snowrepro status' of the sweeps above says why")
 
 
 def _list_cells(search: Search, words: Sequence[str]) -> list[_Cell]:

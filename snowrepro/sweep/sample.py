@@ -52,6 +52,8 @@ def read_sample(design: Design, overrides: Sequence[Override]) -> Sample:
     factors = {each.get_key_element(): read_factor(each) for each in overrides if is_sampled(each)}
     if not factors:
         raise ConfigError(f"design={design.name} has nothing to sample: write a range, as in {EXAMPLE}")
+    if "seed" in factors:  # which a report takes from all runs that were asked for
+        raise ConfigError("seed: the seeds of runs are listed and not sampled, as in seeds=3")
     return Sample(design, tuple(factors[key] for key in sorted(factors)))
 
 

@@ -250,7 +250,7 @@ def test_a_sample_is_a_grid_over_its_points(tmp_path, small_run):
 
 def test_a_run_that_two_points_share_has_two_rows(tmp_path):
     """Of whole numbers and names there are few; each point stays where it is in the design."""
-    plan = plan_of(tmp_path, "design=sobol", "design.points=8", "seed=whole(0,1)")
+    plan = plan_of(tmp_path, "design=sobol", "design.points=8", "reading.press_ramp=whole(0,1)")
     table = snowrepro.sweep_table(record.name_sweep(plan.overrides), tmp_path)
     assert table["point"].tolist() == list(range(8)) and table["run_id"].nunique() == 2
     assert snowrepro.open_sweep(record.name_sweep(plan.overrides), tmp_path).sizes["point"] == 8

@@ -149,6 +149,7 @@ def test_an_experiment_can_have_a_design(tmp_path, monkeypatch):
         (["design=sobol", "pressure=log(0,2)"], r"start and stop should be above 0 \(got 0 and 2\)"),
         (["design=sobol", "pressure=interval(3,2)"], r"the first number of a range should be the lower one"),
         (["design=sobol", "pressure=whole(1,9999999999)"], r"more than 2,147,483,648 whole numbers"),
+        (["design=sobol", "seed=whole(0,5)"], r"seed: the seeds of runs are listed and not sampled, as in seeds=3"),
         (["design=sobol", "reading.press_ramp=log(1,3)"], r"reading\.press_ramp: should be a valid integer"),
         (["design=saltelli", "design.points=99999", "pressure=log(1,2)"], r"this names 299,997 runs, at most"),
         (["design=bogus", "pressure=log(1,2)"], r"there is no design 'bogus'; there are: latin, morris"),

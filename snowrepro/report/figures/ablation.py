@@ -89,6 +89,11 @@ def _name(variant: str) -> str:
     return WORDS.get(key, key)
 
 
+def _shorten(variant: str) -> str:
+    """Name the law or constant of a variant without what is said of it in brackets."""
+    return _name(variant).partition(" (")[0]
+
+
 def _describe(ablation: Ablation, pressure: float) -> str:
     """Say in words what leaving out does at a pressure, and what each constant does alone."""
     whole = ablation.row(ablation.whole, pressure)[LUMPS]
@@ -103,9 +108,9 @@ def _describe(ablation: Ablation, pressure: float) -> str:
         if split[kind]
     ]
     if split["same"]:
-        parts.append(f"nothing changes without {join_names([_name(v) for v in split['same']], 'or')}")
+        parts.append(f"nothing changes without {join_names([_shorten(v) for v in split['same']], 'or')}")
     if split["unknown"]:
-        parts.append(f"not known without {join_names([_name(v) for v in split['unknown']], 'or')}")
+        parts.append(f"not known without {join_names([_shorten(v) for v in split['unknown']], 'or')}")
     alone = [_list_value(ablation, v, pressure) for v in ablation.variants if v.startswith(ALONE)]
     if alone:
         parts.append(f"alone, {join_names(alone, 'and')}")
@@ -117,7 +122,7 @@ def _describe(ablation: Ablation, pressure: float) -> str:
 
 def _list_value(ablation: Ablation, variant: str, pressure: float) -> str:
     """Name a variant's law or constant with its mass in lumps in brackets."""
-    return f"{_name(variant)} ({_format(ablation.row(variant, pressure)[LUMPS])})"
+    return f"{_shorten(variant)} ({_format(ablation.row(variant, pressure)[LUMPS])})"
 
 
 def _format(value: float) -> str:
@@ -171,8 +176,9 @@ def _draw_bars(ax: Axes, ablation: Ablation, pressure: float) -> None:
         edge = {"edgecolor": "0.4", "linewidth": 0.5}
         ax.barh(places, width, 0.72, left, color=COLOURS[state], label=HEADS[state], **edge)
         left = left + width
-    ax.hlines(places, rows["least"], rows["most"], color="k", lw=2)
-    ax.axvline(rows[LUMPS].iloc[0], color="k", lw=0.9, ls=":")
+    for colour, width, style in (("w", 4.0, "-"), ("k", 2.0, ":")):  # black alone is not seen on crushed snow
+        ax.hlines(places, rows["least"], rows["most"], color=colour, lw=width)
+        ax.axvline(rows[LUMPS].iloc[0], color=colour, lw=width / 2.2, ls=style)
     _mark_missing(ax, rows[LUMPS].isna().tolist())
     ax.set_xlim(0, 1)
 
