@@ -9,12 +9,14 @@ from snowrepro.summary.columns import (
     COMMON_COLUMNS,
     COST_COLUMNS,
     FALL_COLUMNS,
+    SCALE_COLUMNS,
     TEST_COLUMNS,
     Column,
 )
 
 GROUPS = {
     "What was simulated": CASE_COLUMNS,
+    "Numbers without units": SCALE_COLUMNS,
     "Every run": COMMON_COLUMNS,
     "Runs that fall": FALL_COLUMNS,
     "Hardness tests": TEST_COLUMNS,

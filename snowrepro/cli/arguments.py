@@ -27,6 +27,13 @@ def add_verify(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--verify", action="store_true", help="read all results, and not just their sizes and times")
 
 
+def add_part(parser: argparse.ArgumentParser) -> None:
+    """Which part of a sweep is run."""
+    parser.add_argument(
+        "--part", metavar="I/N", help="only every N-th run from the I-th on, and no report: for job arrays"
+    )
+
+
 def add_no_report(parser: argparse.ArgumentParser) -> None:
     """Whether the report is left for later."""
     parser.add_argument("--no-report", action="store_true", help="draw no report: 'snowrepro report' can do it later")

@@ -18,12 +18,15 @@ from .surroundings import prepare_process
 # Each is a file in verbs/, of which only that of the verb that is called is imported.
 VERBS = {
     "run": "simulate one run, a sweep or an experiment",
+    "sample": "a sweep over points of ranges, by a design",
+    "search": "find where along a setting a measure reaches a target, or is best",
     "claims": "decide the paper's claims by an experiment with several seeds",
     "plan": "say what would be run, why, and how long it takes",
     "status": "how far sweeps are",
     "retry": "run again what failed",
     "report": "one page with verdicts, pictures and data, from the store alone",
     "plot": "a picture of any two columns of a sweep's table",
+    "sensitivity": "which setting of a sweep matters most, and where runs fail",
     "crate": "a folder to publish: a sweep's files, and how each was made",
     "check": "are results what they were, and as promised?",
     "bless": "renew the references of check",

@@ -87,6 +87,8 @@ def describe_sweep(plan: Plan) -> list[str]:
         ["snowrepro", "report", name, *store],
         ["snowrepro", "plot", name, f"x={x}", f"y={measure}", *colour, *store],
     ]
+    if plan.sample:
+        commands.insert(1, ["snowrepro", "sensitivity", name, *store])
     lines = [f"sweep: {name}", *([f"table: {table}"] if table.exists() else [])]
     return [*lines, *(f"next:  {shlex.join(words)}" for words in commands)]
 

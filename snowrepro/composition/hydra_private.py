@@ -16,17 +16,26 @@ from hydra.core.config_store import ConfigStore
 from hydra.core.default_element import ConfigDefault
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.override_parser.overrides_parser import OverridesParser
-from hydra.core.override_parser.types import ChoiceSweep, Override, OverrideType, RangeSweep, Transformer
+from hydra.core.override_parser.types import (
+    ChoiceSweep,
+    IntervalSweep,
+    Override,
+    OverrideType,
+    RangeSweep,
+    Transformer,
+)
 from hydra.core.utils import JobReturn
 from hydra.types import HydraContext
 from omegaconf import DictConfig, OmegaConf
 
+from .ranges import CHOICE, LOG, WHOLE, check_log, check_whole
 from .spacing import SPACINGS, Number
 
 __all__ = [
-    "CachingConfigRepository", "ConfigDefault", "ConfigLoaderImpl", "FileConfigSource", "Override", "OverrideType",
-    "OverridesParser", "RangeSweep", "as_text", "context_of", "forget_hydra", "initialised_hydra", "jobs_of",
-    "loader_of_options", "make_parser", "offer_options", "option_repository", "result_of",
+    "CachingConfigRepository", "ConfigDefault", "ConfigLoaderImpl", "FileConfigSource", "IntervalSweep", "Override",
+    "OverrideType", "OverridesParser", "RangeSweep", "as_text", "context_of", "forget_hydra", "initialised_hydra",
+    "is_range", "is_sampled", "jobs_of", "loader_of_options", "make_parser", "offer_options", "option_repository",
+    "result_of",
 ]  # fmt: skip
 
 _offered: dict[tuple[str, str], tuple[Mapping[str, Any], Any]] = {}  # what ``offer_options`` stored, and as what
@@ -68,7 +77,7 @@ def option_repository(loader: ConfigLoaderImpl, config_name: str, overrides: Seq
 
 
 def make_parser(loader: ConfigLoaderImpl | None = None) -> OverridesParser:
-    """What reads overrides: Hydra's grammar, with the functions of ``spacing`` beside its ``range``."""
+    """What reads overrides: Hydra's grammar, with the functions of ``spacing`` and ``ranges`` beside its own."""
     parser = OverridesParser.create(loader)
 
     def register(name: str, space: Callable[[Number, Number, int], list[Number]]) -> None:
@@ -82,7 +91,31 @@ def make_parser(loader: ConfigLoaderImpl | None = None) -> OverridesParser:
 
     for name, space in SPACINGS.items():
         register(name, space)
+
+    def log(start: Number, stop: Number) -> IntervalSweep:
+        """What Hydra makes of log(start,stop)."""
+        low, high = check_log(start, stop)
+        return IntervalSweep(start=low, end=high, tags={LOG})
+
+    def whole(start: int, stop: int) -> IntervalSweep:
+        """What Hydra makes of whole(start,stop)."""
+        low, high = check_whole(start, stop)
+        return IntervalSweep(start=low, end=high, tags={WHOLE})
+
+    parser.functions.register(LOG, log)
+    parser.functions.register(WHOLE, whole)
     return parser
+
+
+def is_range(override: Override) -> bool:
+    """Whether an override names a range of numbers, of which only a design makes values."""
+    return isinstance(override.value(), IntervalSweep)
+
+
+def is_sampled(override: Override) -> bool:
+    """Whether a design chooses the values of an override: those of a range, or of choice(); not of a list a,b."""
+    written = str(override.input_line).partition("=")[2]  # Hydra makes the same of choice(a,b) and a,b
+    return is_range(override) or written.lstrip().startswith(f"{CHOICE}(")
 
 
 def jobs_of(overrides: Sequence[Override]) -> list[list[str]]:

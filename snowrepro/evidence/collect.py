@@ -20,6 +20,7 @@ from ..summary.columns import CASE_COLUMNS, Column, find_columns
 from ..summary.row import read_row
 from ..sweep import record
 from ..sweep.plan import Plan
+from ..sweep.sample import Sample
 from ..text import make_cells
 
 log = logging.getLogger("snowrepro")
@@ -27,6 +28,7 @@ log = logging.getLogger("snowrepro")
 CSV, NETCDF = "results.csv", "results.nc"
 ALWAYS = ("pressure", "shape", "floor", "sintering", "seed")
 NOT_FURTHER = (*ALWAYS, "scene")  # a scene is a shape and a floor
+POINT = "point"  # of a design
 NOT_IN_SWEEP = "not asked for"
 MOST_CELLS = 2_000_000  # of a grid: half a kilobyte each
 LEAST_PACKED = 100  # numbers: fewer take more room packed
@@ -45,7 +47,8 @@ class CollectedSweep:
     """A sweep with the numbers of its runs.
 
     ``table``: a row for each run, see ``sweep_table``; ``runs``: of its rows; ``further``: the key in the configuration
-    of each coordinate beside ALWAYS; ``columns``: what the table's columns of numbers mean; ``length_unit``: of all
+    of each coordinate beside ALWAYS; ``sample``: what a design sampled, if one did: then the table has a column POINT;
+    ``columns``: what the table's columns of numbers mean; ``length_unit``: of all
     runs, or "length" where they differ in it; ``made``: when the last result was made, and by which code, versions and
     machines.
     """
@@ -58,6 +61,18 @@ class CollectedSweep:
     columns: Mapping[str, Column]
     length_unit: str
     made: Mapping[str, str]
+    sample: Sample | None = None
+
+    @property
+    def factors(self) -> list[str]:
+        """The names of the coordinates that a design sampled."""
+        return [_name_dimension(key) for key in self.sample.keys] if self.sample else []
+
+    @property
+    def grid_dims(self) -> list[str]:
+        """The names of the coordinates that span a grid: the points of a design in place of what it sampled."""
+        points = [POINT] if POINT in self.table else []
+        return [*points, *(dim for dim in self.dims if dim not in self.factors)]
 
     @property
     def dims(self) -> list[str]:
@@ -92,6 +107,7 @@ def open_sweep(name: str | Path, store: str | Path = "runs") -> xr.Dataset:
     varies, with its values as text: numbers rise, names keep their order in the sweep.  Variables: every column of
     the rows of numbers as float (counts and yes/no too), NaN where there is no result, or as text, empty there; and
     ``state`` and ``run_id`` of each run.  A cell that the sweep does not ask for has the state "not asked for".
+    Of a sweep that a design sampled the points are a dimension, and what was sampled are coordinates along it.
     ``name`` may also be the path of a results.nc: then the grid is the one that it holds.
     An experiment's name stands for its newest sweep: see ``record.find_sweep``.
     Raises ConfigError where there is no such sweep, or where it makes no grid; then ``sweep_table`` still works.
@@ -154,13 +170,14 @@ def collect_sweep(plan: Plan) -> CollectedSweep:
     """Collect the numbers of every run of a plan; they are computed of a finished run that has none yet."""
     varied = _find_varied_keys(plan)
     coordinates = {_name_dimension(key): values for key, values in varied.items()}
-    table = pd.DataFrame({**_read_coordinates(plan.runs), **coordinates})
+    points = {POINT: [planned.point for planned in plan.planned]} if plan.sample else {}
+    table = pd.DataFrame({**points, **_read_coordinates(plan.runs), **coordinates})
     records = _look_up_runs(plan.runs)
     for name in ("run_id", "state", "reason"):
         table[name] = [getattr(entry, name) for entry in records]
     columns = find_columns(run.case for run in plan.runs)
     columns = {name: column for name, column in columns.items() if name not in table}
-    is_first = ~table.duplicated([*ALWAYS, *coordinates, "run_id"])
+    is_first = ~table.duplicated([*points, *ALWAYS, *coordinates, "run_id"])
     units = {run.case.reading.length_unit for run in plan.runs}
     return CollectedSweep(
         name=record.name_sweep(plan.overrides),
@@ -171,6 +188,7 @@ def collect_sweep(plan: Plan) -> CollectedSweep:
         columns=columns,
         length_unit=units.pop() if len(units) == 1 else "length",
         made=_combine_provenance({entry.made for entry in records if entry.made}),
+        sample=plan.sample,
     )
 
 
@@ -187,7 +205,7 @@ def make_grid(sweep: CollectedSweep) -> xr.Dataset:
     Raises ConfigError where the grid is too large, or where two runs would be in one cell.
     """
     table = sweep.table
-    axes = {dim: _sort_axis(table[dim]) for dim in sweep.dims}
+    axes = {dim: _sort_axis(table[dim]) for dim in sweep.grid_dims}
     shape = tuple(len(axis) for axis in axes.values())
     _require_room(sweep.name, axes)
     where = np.ravel_multi_index([pd.Index(axis).get_indexer(table[dim]) for dim, axis in axes.items()], shape)
@@ -201,22 +219,32 @@ def make_grid(sweep: CollectedSweep) -> xr.Dataset:
         return values.reshape(shape)
 
     variables = {
-        "state": (sweep.dims, arrange("state", NOT_IN_SWEEP), {"long_name": "where the run stands"}),
-        "run_id": (sweep.dims, arrange("run_id", ""), CASE_COLUMNS["run_id"].attrs("")),
+        "state": (sweep.grid_dims, arrange("state", NOT_IN_SWEEP), {"long_name": "where the run stands"}),
+        "run_id": (sweep.grid_dims, arrange("run_id", ""), CASE_COLUMNS["run_id"].attrs("")),
     }
     for name, column in sweep.columns.items():
         values = arrange(name, "" if column.is_text else np.nan)
-        variables[name] = (sweep.dims, values, column.attrs(sweep.length_unit))
-    dataset = xr.Dataset(variables, {dim: (dim, axis, _describe_coordinate(dim, sweep)) for dim, axis in axes.items()})
+        variables[name] = (sweep.grid_dims, values, column.attrs(sweep.length_unit))
+    coordinates = {dim: (dim, axis, _describe_coordinate(dim, sweep)) for dim, axis in axes.items()}
+    dataset = xr.Dataset(variables, {**coordinates, **_list_sampled(sweep)})
     dataset["pressure"].encoding["_FillValue"] = None  # a coordinate has a value everywhere
     return dataset.assign_attrs(_describe_grid(sweep))
 
 
+def _list_sampled(sweep: CollectedSweep) -> dict[str, tuple[str, np.ndarray, dict[str, str]]]:
+    """List the coordinates of a grid that a design sampled, by name: a value at each point; words as text."""
+    at_points = sweep.table.drop_duplicates(POINT).sort_values(POINT) if sweep.factors else sweep.table
+    return {
+        name: (POINT, _read_numbers(at_points[name].tolist()), _describe_coordinate(name, sweep))
+        for name in sweep.factors
+    }
+
+
 def require_one_run_per_cell(sweep: CollectedSweep) -> None:
     """Raise ConfigError where two runs of a sweep have the same coordinates."""
-    repeated = sweep.table[sweep.table.duplicated(sweep.dims)]
+    repeated = sweep.table[sweep.table.duplicated(sweep.grid_dims)]
     if len(repeated):
-        cell = ", ".join(f"{dim} {repeated.iloc[0][dim]}" for dim in sweep.dims)
+        cell = ", ".join(f"{dim} {repeated.iloc[0][dim]}" for dim in sweep.grid_dims)
         raise ConfigError(f"sweep '{sweep.name}' has two runs at {cell}: a table can hold them, a grid cannot")
 
 
@@ -317,6 +345,14 @@ def _sort_axis(values: pd.Series) -> np.ndarray:
         return np.array(names)
 
 
+def _read_numbers(values: Sequence[Any]) -> np.ndarray:
+    """Return values as numbers if all are, also written ones; else as they are."""
+    try:
+        return np.array(values, dtype=float)
+    except ValueError:
+        return np.array(values)
+
+
 def _require_room(name: str, axes: Mapping[str, np.ndarray]) -> None:
     """Raise ConfigError where a grid would have more than MOST_CELLS cells."""
     cells = np.prod([float(len(axis)) for axis in axes.values()])
@@ -330,6 +366,8 @@ def _require_room(name: str, axes: Mapping[str, np.ndarray]) -> None:
 
 def _describe_coordinate(dim: str, sweep: CollectedSweep) -> dict[str, str]:
     """Return the attributes of a coordinate."""
+    if dim == POINT:
+        return {"long_name": "point of the design", "units": "1"}
     if dim in sweep.further:
         key = sweep.further[dim]
         return {"long_name": f"value of {key}", "key": key}

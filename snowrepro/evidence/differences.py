@@ -14,14 +14,14 @@ from ..foreign import parse_json
 from ..settings.config import NOT_RECORDED
 from ..store import manifest
 from ..store.run import find_result, open_run
-from ..summary.columns import CASE_COLUMNS, COST_COLUMNS
+from ..summary.columns import CASE_COLUMNS, COST_COLUMNS, SCALE_COLUMNS
 from ..summary.row import summarise
 from ..sweep import record
 from .collect import CollectedSweep, collect_sweep, require_one_run_per_cell
 
 MOST_LINES = 40
 MEASURES = ("lump_fraction", "hardness")  # compared for a run that falls, and for one that is indented
-NOT_COMPARED = {*CASE_COLUMNS, *COST_COLUMNS}  # columns that are no result: what was simulated, the cost
+NOT_COMPARED = {*CASE_COLUMNS, *SCALE_COLUMNS, *COST_COLUMNS}  # what is no result: settings and cost
 MADE_BY = ("model_version", "git_state", "code", "environment")
 
 

@@ -104,7 +104,7 @@ def _show_grid(grid: xr.Dataset) -> View:
     """Show a sweep from its grid, without the cells that it did not ask for."""
     table = grid.to_dataframe().reset_index()
     table = table[table["state"] != NOT_IN_SWEEP].assign(reason="")
-    return _show_sweep(f"Sweep {grid.attrs.get('sweep', '')}".strip(), table, [*grid.dims])
+    return _show_sweep(f"Sweep {grid.attrs.get('sweep', '')}".strip(), table, [*grid.coords])
 
 
 def _show_sweep(title: str, table: pd.DataFrame, coordinates: Sequence[Hashable]) -> View:

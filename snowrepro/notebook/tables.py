@@ -6,7 +6,7 @@ import pandas as pd
 from pandas.api.types import is_numeric_dtype
 
 from ..errors import ConfigError
-from ..evidence.collect import ALWAYS, NOT_IN_SWEEP, CollectedSweep
+from ..evidence.collect import ALWAYS, NOT_IN_SWEEP, POINT, CollectedSweep
 from ..summary.columns import TEXT, Column
 from ..summary.row import ALL_COLUMNS
 
@@ -42,7 +42,7 @@ def read_sweep(table: pd.DataFrame) -> CollectedSweep:
         overrides=(),
         table=rows,
         runs=(),
-        further={name: name for name in coordinates if name not in ALWAYS},
+        further={name: name for name in coordinates if name not in (*ALWAYS, POINT)},
         columns={name: ALL_COLUMNS.get(name, column) for name, column in own.items()},
         length_unit=table.attrs.get("length_unit", "length"),
         made={},

@@ -13,7 +13,7 @@ from .execution import Execution
 from .question import Question
 
 PARTS: dict[str, type[Settings]] = {"case": Case, "execution": Execution, "question": Question}
-NOT_RECORDED = ("store", "rerun", "claims", "experiment", "reports")  # of whoever asked, not of the result
+NOT_RECORDED = ("store", "rerun", "claims", "experiment", "design", "reports")  # of whoever asked, not of the result
 
 
 class Config(Settings):

@@ -6,6 +6,7 @@ from pydantic import Field, model_validator
 
 from .analysis import Analysis
 from .base import Name, Settings
+from .design import Design
 
 # Columns of a fallen run's summary that something can be claimed of: parts of a whole, from 0 to 1, and others.
 Fraction = Literal[
@@ -85,4 +86,5 @@ class Question(Settings):
     analysis: Analysis
     claims: Claims
     experiment: Experiment | None = None
+    design: Design | None = None
     reports: str = Field(min_length=1, description="folder that reports are written to")

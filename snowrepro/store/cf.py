@@ -7,7 +7,8 @@ and ``open_sweep`` give:
   it is.  In Python these are ``position`` (snapshot, particle, axis), and so is ``velocity``.
 * UDUNITS knows no cells.  They are a count, so ``units`` leaves them out, and ``reading_units`` has them.
 * Names along a dimension are labels: ``sintering_label`` along ``sintering``.
-* Coordinates in units of pressure are heights.  A sweep's ``pressure`` is none: it is data along ``nominal_pressure``.
+* Coordinates in units of pressure are heights.  A sweep's ``pressure`` is none: it is data along ``nominal_pressure``,
+  or, where a design sampled it, along ``point``.
 
 No featureType is claimed.  All data of a file must then be of that type (CF 9.4), and those over ``frame`` are of the
 whole snow; and a trajectory must have a date and two horizontal places (9.1), which a simulated slice has not.
@@ -84,16 +85,18 @@ def run_as_read(dataset: xr.Dataset) -> xr.Dataset:
 def sweep_as_file(grid: xr.Dataset, history: str) -> xr.Dataset:
     """A sweep's grid as it is written: names as labels.  ``history`` as in ``as_file``."""
     named = [dim for dim in grid.dims if grid[dim].dtype.kind not in "iuf"]
-    labelled = grid.reset_index([*named, "pressure"]).rename_vars({dim: f"{dim}{LABEL}" for dim in named})
-    return as_file(labelled.reset_coords("pressure").rename_dims(pressure="nominal_pressure"), history)
+    indexed = [*named, "pressure"] if "pressure" in grid.dims else named
+    labelled = grid.reset_index(indexed).rename_vars({dim: f"{dim}{LABEL}" for dim in named}).reset_coords("pressure")
+    return as_file(labelled.rename_dims(pressure="nominal_pressure") if "pressure" in grid.dims else labelled, history)
 
 
 def sweep_as_read(dataset: xr.Dataset) -> xr.Dataset:
     """The sweep's grid of a file as ``open_sweep`` gave it; any other Dataset as it is."""
-    if "nominal_pressure" not in dataset.dims:
+    if not {"nominal_pressure", "point"} & {*dataset.dims} or "pressure" not in dataset:
         return dataset
     labels = {str(name).removesuffix(LABEL): name for name in dataset.coords if str(name).endswith(LABEL)}
-    read = dataset.swap_dims({"nominal_pressure": "pressure", **labels})
+    pressures = {"nominal_pressure": "pressure"} if "nominal_pressure" in dataset.dims else {}
+    read = dataset.set_coords("pressure").swap_dims({**pressures, **labels})
     return _as_read(read.rename({label: dim for dim, label in labels.items()}), dataset)
 
 

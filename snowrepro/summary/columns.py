@@ -53,6 +53,27 @@ CASE_COLUMNS = {
     "seed": Column("seed of the particles' random places"),
 }
 
+# What the configuration alone says: see ``summary.scales``.
+SCALE_COLUMNS = {
+    "impact_number": Column(
+        "impact number, rho g H / E0",
+        "1",
+        "H is the height of fall. It is the energy of the snow as it arrives, rho v² / 2 with "
+        "v² = 2 g H, over Young's modulus, all before the snow is pressed. 0 in a hardness test, where nothing falls",
+    ),
+    "self_weight": Column(
+        "self-weight, rho g D / E0",
+        "1",
+        "D is the height of the snow's outline before it is pressed, of a ball its diameter. It is the pressure at the "
+        "foot of snow that stands D high, over Young's modulus. 0 in a hardness test, which has no gravity",
+    ),
+    "drop_in_sizes": Column("height of fall in body sizes, H / D", "1", "0 in a hardness test"),
+    "press_number": Column(
+        "press number, P / E0", "1", "P is the nominal pressure, E0 Young's modulus before the snow is pressed"
+    ),
+    "spacing_in_sizes": Column("grid spacing in body sizes, dx / D"),
+}
+
 # What every run has.
 COMMON_COLUMNS = {
     "particles": Column("number of particles"),
@@ -141,6 +162,7 @@ def find_columns(cases: Iterable[Case]) -> dict[str, Column]:
     kinds = {case.indenter is not None for case in cases}
     return {
         **CASE_COLUMNS,
+        **SCALE_COLUMNS,
         **COMMON_COLUMNS,
         **(FALL_COLUMNS if False in kinds else {}),
         **(TEST_COLUMNS if True in kinds else {}),

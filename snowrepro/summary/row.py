@@ -9,20 +9,24 @@ from typing import Any
 import pandas as pd
 import xarray as xr
 
+from ..composition.compose import config_of
 from ..errors import SnowreproError, StoreError
 from ..settings.analysis import Analysis
 from ..sources import digest_of
 from ..store import cf
 from ..store.run import Run
 from .classify import read_analysis
-from .columns import CASE_COLUMNS, COMMON_COLUMNS, COST_COLUMNS, FALL_COLUMNS, TEST_COLUMNS
+from .columns import CASE_COLUMNS, COMMON_COLUMNS, COST_COLUMNS, FALL_COLUMNS, SCALE_COLUMNS, TEST_COLUMNS
 from .measure import classify_ends, make_bond_dataset, measure_run
+from .scales import measure_scales
 
 CODE = digest_of("summary.measure")  # as this process has loaded it, whatever is written meanwhile
 BONDS = {  # arrays that a report draws
     "fragment_mass", "mass", "state", "broken_both", "broken_stretch", "part_lump", "part_crushed", "part_loose",
 }  # fmt: skip
-ALL_COLUMNS = {**CASE_COLUMNS, **COMMON_COLUMNS, **FALL_COLUMNS, **TEST_COLUMNS, **COST_COLUMNS}
+ALL_COLUMNS = {
+    **CASE_COLUMNS, **SCALE_COLUMNS, **COMMON_COLUMNS, **FALL_COLUMNS, **TEST_COLUMNS, **COST_COLUMNS,
+}  # fmt: skip
 # What is raised where data does not hold what a run does.
 NO_RESULT = (KeyError, ValueError, IndexError, TypeError, AttributeError, ArithmeticError, OSError, RuntimeError)
 ARM = "arm"  # a column of ``tabulate_runs`` that no file has: which of ``settings.case.ARMS`` a run belongs to
@@ -35,7 +39,8 @@ def summarise(dataset: xr.Dataset, analysis: Analysis | None = None) -> dict[str
     """
     try:
         dataset = cf.run_as_read(dataset)
-        return measure_run(dataset, classify_ends(dataset, analysis or read_analysis(dataset)))
+        row = measure_run(dataset, classify_ends(dataset, analysis or read_analysis(dataset)))
+        return {**row, **measure_scales(config_of(dataset).case)}
     except SnowreproError:
         raise
     except NO_RESULT as error:
@@ -43,9 +48,13 @@ def summarise(dataset: xr.Dataset, analysis: Analysis | None = None) -> dict[str
 
 
 def read_row(run: Run) -> dict[str, Any]:
-    """Return the row of a finished run: as it is stored beside the result, or computed and stored where it is not."""
+    """Return the row of a finished run: as it is stored beside the result, or computed and stored where it is not.
+
+    What the configuration alone says is not stored: it is known of older rows too.
+    """
     row = run.row(make_key(run.config.question.analysis))
-    return _analyse(run)[0] if row is None or not _has_right_types(row) else row
+    measured = _analyse(run)[0] if row is None or not _has_right_types(row) else row
+    return {**measured, **measure_scales(run.case)}
 
 
 def read_bonds(run: Run) -> xr.Dataset:

@@ -13,64 +13,41 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import yaml
-from hydra.errors import HydraException
 from pydantic import ValidationError
 
 from ..composition.compose import compose_raw, list_option_files, option_files, plain_settings, validate
 from ..composition.drawings import with_outline_read
-from ..composition.hydra_private import (
-    CachingConfigRepository,
-    ConfigDefault,
-    Override,
-    OverridesParser,
-    OverrideType,
-    RangeSweep,
-    as_text,
-    jobs_of,
-    make_parser,
-)
+from ..composition.hydra_private import CachingConfigRepository, ConfigDefault, Override
 from ..errors import ConfigError
 from ..settings.base import Settings
 from ..settings.config import PARTS, Config
 from ..store.run import Run
+from .axes import Axis, make_axis
+from .sample import Job, Sample, draw_axes, list_jobs
 
 MOST_RUNS = 100_000
-Job = tuple[int, ...]  # which of its values each axis has
 
 
 @dataclass(frozen=True, slots=True)
 class Planned:
-    """A run of a sweep, and the overrides that Hydra's sweeper would give to a launcher for it."""
+    """A run of a sweep, and the overrides that Hydra's sweeper would give to a launcher for it.
+
+    ``point``: which point of a sample it is, from 0 on; None without a sample.
+    """
 
     run: Run
     overrides: tuple[str, ...]
+    point: int | None = None
 
 
-@dataclass(frozen=True)
-class Axis:
-    """The overrides of one key, one for each value.
-
-    ``name`` is the key without ``+``, ``~`` and ``@package``.  ``values`` are what Hydra reads in the overrides; None
-    unless all of them just set a number or a text.
-    """
-
-    name: str
-    overrides: tuple[str, ...]
-    values: tuple[Any, ...] | None
-
-    def value(self, index: int) -> Any:
-        """What Hydra reads in one of the overrides; only of an axis that has ``values``."""
-        assert self.values is not None
-        return self.values[index]
-
-
-def enumerate_runs(overrides: Sequence[Override], part: tuple[int, int] = (1, 1)) -> tuple[Planned, ...]:
-    """The runs of a sweep in the order in which Hydra's sweeper would launch them.
+def enumerate_runs(
+    overrides: Sequence[Override], part: tuple[int, int] = (1, 1), sample: Sample | None = None
+) -> tuple[Planned, ...]:
+    """The runs of a sweep in the order in which Hydra's sweeper would launch them; of a ``sample`` point by point.
 
     Of a ``part`` (i, n) only every n-th run, from the i-th on.  Raises ConfigError for the first run that is wrong,
     or if there is none.
@@ -80,72 +57,16 @@ def enumerate_runs(overrides: Sequence[Override], part: tuple[int, int] = (1, 1)
     if swept:
         raise ConfigError(f"a sweep cannot vary Hydra's own settings: {', '.join(swept)}")
     # As in Hydra's sweeper: the last override of a key counts, in the place of the first.
-    axes = tuple({o.get_key_element(): _axis(o) for o in overrides if not o.is_hydra_override()}.values())
-    count = math.prod(len(axis.overrides) for axis in axes)
+    last = {o.get_key_element(): o for o in overrides if not o.is_hydra_override()}
+    axes = {key: make_axis(override) for key, override in last.items() if not sample or key not in sample.keys}
+    count = math.prod(len(axis.overrides) for axis in axes.values()) * (len(sample) if sample else 1)
     if count > MOST_RUNS:
         raise ConfigError(f"this names {count:,} runs, at most {MOST_RUNS:,} are allowed")
-    jobs = itertools.product(*(range(len(axis.overrides)) for axis in axes))
-    chosen = itertools.islice(jobs, part[0] - 1, None, part[1])
-    assembly = _Assembly(axes, always)
-    return tuple([Planned(Run(assembly.config(job)), assembly.overrides(job)) for job in chosen])
-
-
-def _axis(override: Override) -> Axis:
-    """The overrides that a sweep makes of one.  Raises ConfigError if it makes none."""
-    try:
-        if override.is_discrete_sweep():
-            _require_finite_range(override)
-            values: list[Any] = list(
-                override.sweep_iterator()
-            )  # once: a shuffled sweep comes in another order each time
-            texts = [f"{override.get_key_element()}={as_text(value)}" for value in values]
-        else:
-            (texts,) = jobs_of([override])
-            values = [override.value()]
-        plain = _plain_values(override, values, texts)
-    except HydraException as error:
-        raise ConfigError(f"{override.input_line}: {error}") from error
-    if not texts:
-        raise ConfigError(f"'{override.input_line}' names no run")
-    return Axis(override.key_or_group, tuple(texts), plain)
-
-
-def _require_finite_range(override: Override) -> None:
-    """Raises ConfigError for a range of too many numbers, before they are all written out."""
-    swept = override.value()
-    if not isinstance(swept, RangeSweep) or swept.start is None or swept.stop is None:
-        return
-    try:
-        count = float(swept.stop - swept.start) / swept.step if swept.step else math.inf
-    except OverflowError:
-        count = math.inf
-    if not count <= MOST_RUNS:  # or not a number
-        raise ConfigError(f"'{override.input_line}' names {count:,.0f} runs, at most {MOST_RUNS:,} are allowed")
-
-
-def _plain_values(override: Override, values: Sequence[Any], texts: Sequence[str]) -> tuple[Any, ...] | None:
-    """What Hydra reads in ``texts``, written from ``values``; None unless they just set numbers and texts."""
-    if override.type != OverrideType.CHANGE or override.package is not None:
-        return None
-    # A number is read back as it was; a text may not be: str(1) writes 1.
-    read = tuple(
-        v if _is_number(v) else _parser().parse_override(text).value() for v, text in zip(values, texts, strict=True)
-    )
-    return read if all(isinstance(v, bool | int | float) or _is_text(v) for v in read) else None
-
-
-@cache
-def _parser() -> OverridesParser:
-    return make_parser()
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, bool | int) or (isinstance(value, float) and math.isfinite(value))
-
-
-def _is_text(value: Any) -> bool:
-    """Whether a value is a text that means nothing to OmegaConf."""
-    return isinstance(value, str) and "${" not in value and value != "???"
+    drawn = draw_axes(sample, last) if sample else {}
+    axes = {key: drawn[key].axis if key in drawn else axes[key] for key in last}
+    chosen = itertools.islice(list_jobs(axes, drawn), part[0] - 1, None, part[1])
+    assembly = _Assembly(tuple(axes.values()), always)
+    return tuple([Planned(Run(assembly.config(job)), assembly.overrides(job), point) for point, job in chosen])
 
 
 @dataclass(frozen=True)

@@ -7,27 +7,36 @@ from functools import cached_property
 
 from hydra.errors import OverrideParseException
 from hydra.types import RunMode
+from omegaconf import DictConfig
+from omegaconf.errors import OmegaConfBaseException
+from pydantic import ValidationError
 
-from ..composition.compose import compose, compose_raw, config_loader
+from ..composition.compose import compose, compose_raw, config_loader, plain_settings
 from ..composition.experiments import read_experiments, variants_of
 from ..composition.hydra_private import Override, make_parser
-from ..composition.messages import one_message
+from ..composition.messages import explain, one_message
 from ..composition.overrides import prepare_overrides, read_folder
 from ..errors import ConfigError
+from ..settings.design import Design
 from ..settings.question import Experiment
 from ..store.run import Run
 from .enumeration import MOST_RUNS, Planned, enumerate_runs
+from .sample import Sample, read_sample
 
 MOST_SEEDS = 100
 
 
 @dataclass(frozen=True)
 class Plan:
-    """The runs of one command, or a part of them.  ``overrides`` are Hydra's, for the whole sweep."""
+    """The runs of one command, or a part of them.
+
+    ``overrides`` are Hydra's, for the whole sweep; ``sample``: what a design samples of it, if there is one.
+    """
 
     planned: tuple[Planned, ...]
     is_sweep: bool
     overrides: tuple[str, ...]
+    sample: Sample | None = None
 
     @cached_property
     def runs(self) -> tuple[Run, ...]:
@@ -43,13 +52,14 @@ class Plan:
 def make_plan(overrides: Sequence[str], multirun: bool, part: tuple[int, int] | None = None) -> Plan:
     """Expand and validate every run before any work.
 
-    A sweep is asked for by ``multirun`` or by an experiment whose file says so.  Of a ``part`` (i, n) there is every
-    n-th run, from the i-th on; it may have none.  Raises ConfigError.
+    A sweep is asked for by ``multirun``, by a design, or by an experiment whose file says so.  Of a ``part`` (i, n)
+    there is every n-th run, from the i-th on; it may have none.  Raises ConfigError.
     """
     first, step = part or (1, 1)
     fixed, swept = split_swept(overrides)
-    hydra = compose_raw(fixed, hydra_node=True).hydra
-    is_sweep = multirun or hydra.mode == RunMode.MULTIRUN
+    raw = compose_raw(fixed, hydra_node=True)
+    hydra, design = raw.hydra, _read_design(raw)
+    is_sweep = multirun or design is not None or hydra.mode == RunMode.MULTIRUN
     if swept and not is_sweep:
         raise ConfigError(f"{', '.join(swept)} names several runs: add -m, which makes them a sweep")
     if not is_sweep:
@@ -58,7 +68,30 @@ def make_plan(overrides: Sequence[str], multirun: bool, part: tuple[int, int] | 
     # The sweeper reads its parameters first, then the command line, which wins.
     axes = {**_every_variant(overrides), **(hydra.sweeper.params or {})}
     params = [f"{key}={value}" for key, value in axes.items()]
-    return Plan(enumerate_runs(_parse([*params, *overrides]), (first, step)), True, tuple(overrides))
+    parsed = parse_overrides([*params, *overrides])
+    last = _list_last(parsed)
+    sample = read_sample(design, last) if design else None
+    return Plan(enumerate_runs(parsed, (first, step), sample), True, tuple(overrides), sample)
+
+
+def _read_design(raw: DictConfig) -> Design | None:
+    """The design of a composed configuration; None if it has none.  Raises ConfigError."""
+    try:
+        return Design.model_validate(plain) if (plain := plain_settings(raw).get("design")) else None
+    except OmegaConfBaseException as error:
+        raise ConfigError(one_message(error)) from error
+    except ValidationError as error:
+        wrong = "; ".join(explain({**item, "loc": ("design", *item["loc"])}) for item in error.errors())
+        raise ConfigError(wrong) from error
+
+
+def _list_last(overrides: Sequence[Override]) -> list[Override]:
+    """The last override of each key, which is the one that counts.  Raises ConfigError where designs vary."""
+    last = list({each.get_key_element(): each for each in overrides}.values())
+    for each in last:
+        if each.is_sweep_override() and each.key_or_group.partition(".")[0] == "design":
+            raise ConfigError(f"'{each.input_line}': a sweep has one design")
+    return last
 
 
 def compose_first_run(overrides: Sequence[str]) -> Run:
@@ -68,7 +101,7 @@ def compose_first_run(overrides: Sequence[str]) -> Run:
 
 def split_swept(overrides: Sequence[str]) -> tuple[list[str], list[str]]:
     """The overrides that name one value, and those that name several.  Raises ConfigError."""
-    parsed = [(str(override.input_line), override.is_sweep_override()) for override in _parse(overrides)]
+    parsed = [(str(override.input_line), override.is_sweep_override()) for override in parse_overrides(overrides)]
     return [text for text, is_swept in parsed if not is_swept], [text for text, is_swept in parsed if is_swept]
 
 
@@ -112,7 +145,7 @@ def with_seeds(overrides: Sequence[str], seeds: int) -> list[str]:
     """The overrides of a sweep that has each run with the seeds 0 to ``seeds`` - 1.  Raises ConfigError."""
     if not 1 <= seeds <= MOST_SEEDS:
         raise ConfigError(f"seeds: should be 1 to {MOST_SEEDS} (got {seeds})")
-    if any(o.get_key_element().lstrip("+~") == "seed" for o in _parse(overrides)):
+    if any(o.get_key_element().lstrip("+~") == "seed" for o in parse_overrides(overrides)):
         raise ConfigError(f"seeds={seeds} means the seeds 0 to {seeds - 1}: leave out the override of seed")
     return [*overrides, f"seed={','.join(map(str, range(seeds)))}"]
 
@@ -152,7 +185,8 @@ def _every_variant(overrides: Sequence[str]) -> dict[str, str]:
     return {"variant": ",".join(names)} if names else {}
 
 
-def _parse(overrides: Sequence[str]) -> list[Override]:
+def parse_overrides(overrides: Sequence[str]) -> list[Override]:
+    """What overrides say, as Hydra's grammar and the functions for numbers read them.  Raises ConfigError."""
     try:
         return make_parser(config_loader()).parse_overrides(prepare_overrides(overrides))
     except OverrideParseException as error:

@@ -10,10 +10,10 @@ from snowrepro.errors import ConfigError
 
 NEEDED = {
     "animate": ["id"], "classify": ["id"], "crate": ["id"], "diff": ["a", "b"], "explain": ["id"], "redo": ["id"],
-    "plot": ["grid"], "retry": ["grid"],
+    "plot": ["grid"], "retry": ["grid"], "sensitivity": ["grid"],
 }  # fmt: skip
 WITH_STORE = sorted({*VERBS} - {"completion"})
-WITH_REPORTS = ["claims", "config", "crate", "plot", "report", "run"]
+WITH_REPORTS = ["claims", "config", "crate", "plot", "report", "run", "sample", "sensitivity"]
 
 
 def read(verb: str, *words: str) -> argparse.Namespace:

@@ -22,8 +22,8 @@ PACKAGE = Path(snowrepro.__file__).parent
 PLUGINS = Path(next(iter(hydra_plugins.__path__))) / "snowrepro_launcher"
 HOME = PACKAGE / "composition" / "hydra_private.py"
 EXERCISED = {
-    "as_text", "context_of", "forget_hydra", "initialised_hydra", "jobs_of", "loader_of_options", "make_parser",
-    "offer_options", "option_repository", "result_of",
+    "as_text", "context_of", "forget_hydra", "initialised_hydra", "is_range", "is_sampled", "jobs_of",
+    "loader_of_options", "make_parser", "offer_options", "option_repository", "result_of",
 }  # fmt: skip
 
 
@@ -89,6 +89,16 @@ def test_functions_can_be_added_to_the_grammar():
         (override,) = hydra_private.make_parser().parse_overrides(["pressure=logspace(1,100,3)"])
     assert override.is_sweep_override() and override.is_discrete_sweep()
     assert list(override.sweep_iterator()) == [1, 10, 100]
+
+
+def test_ranges_are_told_from_lists():
+    """Also the one list that Hydra reads like another: choice(a,b) and a,b."""
+    words = ["a=log(1,100)", "a=whole(0,20)", "a=interval(0,1)", "a=choice(x,y)", "a=x,y", "a=linspace(0,1,3)", "a=1"]
+    read = hydra_private.make_parser().parse_overrides(words)
+    assert [hydra_private.is_range(each) for each in read] == [True] * 3 + [False] * 4
+    assert [hydra_private.is_sampled(each) for each in read] == [True] * 4 + [False] * 3
+    assert [each.value().tags for each in read[:2]] == [{"log"}, {"whole"}]
+    assert (read[0].value().start, read[0].value().end) == (1.0, 100.0)
 
 
 def test_overrides_say_what_kind_they_are():

@@ -220,3 +220,37 @@ def test_a_sweep_that_is_not_there(swept):
         snowrepro.open_sweep("mine", store)
     with pytest.raises(ConfigError, match="there are: none yet"):
         snowrepro.sweep_table("mine", store / "nowhere")
+
+
+SAMPLED = [
+    *SMALL, "design=sobol", "design.points=4", "pressure=log(500,4000)", "reading.friction=interval(0,1)",
+    "floor=choice(L,square)", "sintering=paper,none",
+]  # fmt: skip
+
+
+def test_a_sample_is_a_grid_over_its_points(tmp_path, small_run):
+    """What was sampled are coordinates along the points; what was listed spans the grid; the file holds the same."""
+    plan = plan_of(tmp_path, *SAMPLED)
+    plan.runs[3].save(small_run)
+    name = record.name_sweep(plan.overrides)
+    grid = snowrepro.open_sweep(name, tmp_path)
+    assert grid["lump_fraction"].dims == ("point", "shape", "sintering", "seed")
+    for key in ("pressure", "reading_friction", "floor"):
+        assert grid[key].dims == ("point",)
+    assert grid["pressure"].values.tolist() == [run.case.pressure for run in plan.runs[::2]]
+    assert grid["reading_friction"].values.tolist() == [run.case.reading.friction for run in plan.runs[::2]]
+    assert grid["floor"].values.tolist() == [run.case.floor.name for run in plan.runs[::2]]
+    done = grid.isel(point=1).sel(sintering="none")
+    assert done["run_id"].item() == plan.runs[3].id and done["lump_fraction"].notnull().all()
+    assert int(grid["lump_fraction"].notnull().sum()) == 1
+    folder = collect.write_results(plan)
+    xr.testing.assert_identical(snowrepro.open_sweep(folder / "results.nc"), grid)
+    assert "point" in str(snowrepro.show(grid)) and "reading_friction" in str(snowrepro.show(grid))
+
+
+def test_a_run_that_two_points_share_has_two_rows(tmp_path):
+    """Of whole numbers and names there are few; each point stays where it is in the design."""
+    plan = plan_of(tmp_path, "design=sobol", "design.points=8", "reading.press_ramp=whole(0,1)")
+    table = snowrepro.sweep_table(record.name_sweep(plan.overrides), tmp_path)
+    assert table["point"].tolist() == list(range(8)) and table["run_id"].nunique() == 2
+    assert snowrepro.open_sweep(record.name_sweep(plan.overrides), tmp_path).sizes["point"] == 8

@@ -46,7 +46,7 @@ def test_runs_of_no_experiment_are_simulated_and_drawn_by_nothing():
 @pytest.mark.parametrize(
     ("overrides", "message"),
     [
-        (["experiment=fig5", "experiment.picture=film"], "experiment.picture: there is no 'film'; there are: calibra"),
+        (["experiment=fig5", "experiment.picture=film"], "experiment.picture: there is no 'film'; there are: ablat"),
         (["experiment=fig5", "experiment.picture=kinds"], "experiment.picture: there is no 'kinds'"),
         (["experiment=fig5", "experiment.frames=[]"], "a strip needs frames"),
         (["experiment=fig4", "experiment.frames=[]"], "a setting needs frames"),

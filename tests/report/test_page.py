@@ -315,7 +315,10 @@ def test_finer_grids_have_steps_and_an_order(stored, small_run, tmp_path):
 @pytest.mark.parametrize(
     "experiment",
     [
-        *(pytest.param(name, marks=pytest.mark.nightly) for name in ("fig4", "table2", "grid", "readings", "energy")),
+        *(
+            pytest.param(name, marks=pytest.mark.nightly)
+            for name in ("fig4", "table2", "grid", "readings", "energy", "ablation")
+        ),
         "fig5",
         "laws",
         "calibration",

@@ -10,7 +10,7 @@ from ...store import run as store_run
 from ...summary import columns, row
 from ...sweep import plan as sweep_plan
 from .. import candidates, plans, reporting, screen, single, sweeping
-from ..arguments import EXITS, add_folders, add_multirun, add_no_report, complete_by
+from ..arguments import EXITS, add_folders, add_multirun, add_no_report, add_part, complete_by
 
 HELP = f"""\
 A run or sweep that was stopped in whatever way goes on where it was; what is done is not done again.  Several
@@ -31,9 +31,7 @@ examples:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """What is to be run, and which part of it."""
     add_multirun(parser)
-    parser.add_argument(
-        "--part", metavar="I/N", help="only every N-th run from the I-th on, and no report: for job arrays"
-    )
+    add_part(parser)
     overrides = parser.add_argument(
         "overrides", nargs="*", help="Hydra overrides; 'snowrepro config' shows what there is"
     )
@@ -45,7 +43,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(options: argparse.Namespace) -> ExitCode:
     """Validate everything, run what is not done, then report from the store."""
     part = sweep_plan.read_part(options.part) if options.part else None
-    plan = plans.plan_overrides(options.overrides, options.multirun, part)
+    return run_plan(plans.plan_overrides(options.overrides, options.multirun, part), part, not options.no_report)
+
+
+def run_plan(plan: "sweep_plan.Plan", part: tuple[int, int] | None, is_drawn: bool) -> ExitCode:
+    """Run what is not done of a plan, or of its ``part``; then report, with pictures if ``is_drawn``."""
     if not plan.runs:
         screen.say("this part of the sweep has no runs")
         return ExitCode.FINE
@@ -54,11 +56,11 @@ def execute(options: argparse.Namespace) -> ExitCode:
         sweeping.run_missing(plan, is_whole=False)
         return sweeping.require_results(plan)
     if not kinds.needs_runs(plan.runs):
-        return _report(plan, not options.no_report)
+        return _report(plan, is_drawn)
     if plan.is_sweep:
         sweeping.run_missing(plan)
         sweeping.write_table(plan)
-        return _report(plan, not options.no_report)
+        return _report(plan, is_drawn)
     files.require_writable(plan.runs[0].store)
     single.run_and_print(plan.runs[0])
     return ExitCode.FINE

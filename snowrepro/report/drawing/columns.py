@@ -2,6 +2,7 @@
 
 import textwrap
 from collections.abc import Sequence
+from dataclasses import replace
 from difflib import get_close_matches
 
 import numpy as np
@@ -102,6 +103,23 @@ def choose_colour(sweep: CollectedSweep, *drawn: str) -> str:
     others = [name for name in sweep.varied if name not in ("seed", *drawn)]
     names = [name for name in others if not is_number(sweep, name)]
     return next(iter([*(["sintering"] if "sintering" in names else []), *names, *others]), "")
+
+
+def select_runs(sweep: CollectedSweep, only: Sequence[str]) -> CollectedSweep:
+    """Select the runs of a sweep whose settings have the values that ``only`` names, such as "sintering=paper".
+
+    Raises ConfigError where none has.
+    """
+    table = sweep.table
+    for word in only:
+        name, equals, value = word.partition("=")
+        column = find_column(sweep, name)
+        known = read_values(replace(sweep, table=table), column)
+        table = table[[format_value(each) == value or str(each) == value for each in known]]
+        if table.empty or not equals:
+            values = ", ".join(dict.fromkeys(format_value(each) for each in read_values(sweep, column)))
+            raise ConfigError(f"no run has {quote(word)}; '{name}' is {values}")
+    return replace(sweep, table=table.reset_index(drop=True))
 
 
 def list_measures(sweep: CollectedSweep, wanted: Sequence[str] = (*FALL_MEASURES, *TEST_MEASURES)) -> list[str]:

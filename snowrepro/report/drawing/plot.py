@@ -138,7 +138,7 @@ def _count_averaged(sweep: CollectedSweep, roles: Roles) -> int:
 
 def choose_mark(sweep: CollectedSweep, roles: Roles) -> str:
     """Choose how means over seeds are drawn: as a line over numbers that were set, a dash at each name, or not."""
-    if roles.x not in sweep.dims or (roles.colour and roles.colour not in sweep.dims):
+    if roles.x not in sweep.dims or roles.x in sweep.factors or (roles.colour and roles.colour not in sweep.dims):
         return ""
     if is_number(sweep, roles.x):
         return "-"

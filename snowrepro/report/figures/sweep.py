@@ -22,7 +22,7 @@ from ..drawing.columns import (
 )
 from ..drawing.common import save_figure
 from ..drawing.plot import Roles, describe_points, draw_measures, spans_far
-from ..sections import sizes, snow
+from ..sections import influence, sizes, snow
 from .kinds import FigureKind
 
 RESULTS = "results.csv"
@@ -41,6 +41,7 @@ def report(evidence: Evidence) -> FigureContent:
     blocks = [
         *varied,
         *_draw_responses(evidence),
+        *(influence.make_blocks(sweep, evidence.folder) if sweep.sample else []),
         *_tabulate_numbers(sweep),
         *snow.make_blocks(evidence),
         *sizes.make_blocks(evidence),
@@ -83,6 +84,8 @@ def _draw_responses(evidence: Evidence) -> list[Block]:
         apart = f"snowrepro plot SWEEP x={key} panel={rest[0]}" if rest else ""
         which = join_names([format_code(name) for name in rest], "and")
         lines = f" Each value of {which} has a line of its own; {format_code(apart)} draws them apart." if rest else ""
+        if x in sweep.factors:
+            lines = " A design sampled it together with others, so no line goes through the points."
         points = describe_points(sweep, Roles(x, measures[0], colour))
         caption = f"Results over {format_code(key)}{scale}{colours}.{lines} {points[0].upper()}{escape(points[1:])}."
         blocks.append(Picture(file, f"Panels over {key}: {names}.", caption, data=RESULTS))

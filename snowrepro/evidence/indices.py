@@ -1,0 +1,77 @@
+"""Indices of sensitivity: how much of what varies in a result follows from one setting.
+
+First order from any runs: the correlation ratio over bins of the setting, Var(E[y | bin]) / Var(y), without what bins
+of few runs explain by chance (Kelley 1935).  From Saltelli's design the first order by Saltelli et al. (2010), the
+total order by Jansen (1999); from Morris's paths the effects of steps.  ``weights`` count each unit of a design: 1, or
+how often a bootstrap drew it.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+MOST_BINS = 32
+DRAWS, SEED = 400, 0  # of the bootstrap
+SPREADS = 1.96  # standard deviations to each side: 95 %
+
+
+def make_bins(values: np.ndarray, most: int | None = None) -> np.ndarray:
+    """Number the bin of each value (n,): names and few numbers are bins of their own, many numbers equally filled ones.
+
+    ``most``: bins; by default the root of n, up to MOST_BINS.
+    """
+    most = most or max(2, min(MOST_BINS, int(np.sqrt(len(values)))))
+    different, codes = np.unique(values, return_inverse=True)
+    if values.dtype.kind not in "iuf" or len(different) <= most:
+        return codes
+    rank = np.searchsorted(np.sort(values), values)  # equal values share a bin
+    return np.unique(rank * most // len(values), return_inverse=True)[1]
+
+
+def measure_first_order(bins: np.ndarray, y: np.ndarray, weights: np.ndarray) -> float:
+    """Return the part of the variance of ``y`` (n,) that the means of its bins have; NaN where that says nothing."""
+    weight = np.bincount(bins, weights)
+    is_filled, total = weight > 0, weights.sum()
+    filled, variance = int(is_filled.sum()), measure_variance(y, weights)
+    if filled < 2 or total - filled < 2 or variance == 0:
+        return np.nan
+    means = np.bincount(bins, weights * y)[is_filled] / weight[is_filled]
+    between = measure_variance(means, weight[is_filled])
+    return float(1.0 - (1.0 - between / variance) * (total - 1) / (total - filled))
+
+
+def measure_variance(y: np.ndarray, weights: np.ndarray) -> float:
+    """Return the variance of ``y`` (n,), each as often as its weight says."""
+    return float(np.average((y - np.average(y, weights=weights)) ** 2, weights=weights))
+
+
+def measure_blocks(blocks: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the indices of first and of total order of Saltelli's blocks (n, k + 2): each (k,)."""
+    ends, twice = blocks[:, [0, -1]].T.ravel(), np.tile(weights, 2)
+    centred, variance = blocks - np.average(ends, weights=twice), measure_variance(ends, twice)
+    a, mixed, b = centred[:, :1], centred[:, 1:-1], centred[:, -1:]
+    if variance == 0:
+        return np.full(mixed.shape[1], np.nan), np.full(mixed.shape[1], np.nan)
+    first = np.average(b * (mixed - a), axis=0, weights=weights) / variance
+    return first, np.average((mixed - a) ** 2, axis=0, weights=weights) / variance / 2.0
+
+
+def measure_effects(effects: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return mean size and standard deviation of effects (paths, k) over a whole range; NaN are left out: each (k,)."""
+    weight = np.where(np.isnan(effects), 0.0, weights[:, None])
+    count, known = weight.sum(axis=0), np.nan_to_num(effects)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = (weight * known).sum(axis=0) / count
+        spread = np.sqrt((weight * (known - mean) ** 2).sum(axis=0) / (count - 1))
+        return (weight * abs(known)).sum(axis=0) / count, spread
+
+
+def estimate(index: Callable[[np.ndarray], np.ndarray], units: int) -> tuple[np.ndarray, np.ndarray]:
+    """Estimate an index and half of its interval of 95 %, by drawing the ``units`` of a design anew.
+
+    The interval is symmetric, from the standard deviation of what the draws give: a draw has some units twice, which
+    shifts all indices, so that its quantiles would lie beside the estimate.
+    """
+    rng = np.random.default_rng(SEED)
+    drawn = [index(np.bincount(rng.integers(units, size=units), minlength=units)) for _ in range(DRAWS)]
+    return index(np.ones(units)), SPREADS * np.nanstd(drawn, axis=0, ddof=1)

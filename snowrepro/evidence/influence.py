@@ -1,0 +1,161 @@
+"""What matters in a sweep: how far each setting decides each measure, and where runs fail."""
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+import pandas as pd
+from pandas.api.types import is_numeric_dtype
+
+from ..errors import ConfigError
+from ..store import states
+from ..sweep.design import STEP, get_block
+from .collect import POINT, CollectedSweep
+from .indices import estimate, make_bins, measure_blocks, measure_effects, measure_first_order, measure_variance
+
+FAILED = "failed"  # a measure: 1 of a run that failed, 0 of one with a result
+FIRST, TOTAL, EFFECT, SPREAD = "first order", "total order", "mean effect", "spread of effects"
+LEAST_UNITS = 8  # points, blocks or paths
+REGIONS = 4  # bins in which failures are counted
+COLUMNS = ("measure", "setting", "index", "value", "low", "high")
+
+
+@dataclass(frozen=True)
+class Influence:
+    """How far each setting decides a measure.
+
+    ``table``: COLUMNS, a row for each setting and index, with its interval of 95 %; ``used``: runs with a value;
+    ``runs``: of all.  ``note``: why there are no numbers; empty if there are.
+    """
+
+    measure: str
+    table: pd.DataFrame
+    used: int
+    runs: int
+    note: str = ""
+
+    def rank(self, index: str) -> list[str]:
+        """List the settings, the one with the largest index of a kind first."""
+        rows = self.table[self.table["index"] == index].sort_values("value", ascending=False)
+        return rows["setting"].tolist()
+
+
+def measure_influence(sweep: CollectedSweep, measure: str) -> Influence:
+    """Measure how far each setting that varies in a sweep decides a measure, or FAILED.
+
+    By the design where it was made for that: Saltelli's gives first and total order, Morris's the effects of steps;
+    there other settings that vary are averaged over.  Else, and in any other sweep, the first order from the runs that
+    have a value.  Raises ConfigError for a column without numbers.
+    """
+    y = read_measure(sweep, measure)
+    design = sweep.sample.design.name if sweep.sample else ""
+    used = int(y.notna().sum())
+    rows, note = [], ""
+    if y.dropna().nunique() < 2:
+        note = "it is the same in all runs" if used else "no run has a value"
+    elif design in ("morris", "saltelli"):
+        rows, note = _measure_by_design(sweep, y)
+    else:
+        rows, note = _measure_any(sweep, y)
+    table = pd.DataFrame([(measure, *row) for row in rows], columns=COLUMNS)
+    return Influence(measure, table, used, len(y), note)
+
+
+def read_measure(sweep: CollectedSweep, measure: str) -> pd.Series:
+    """Read a measure of each run, NaN where there is none.  Raises ConfigError where it holds no numbers."""
+    if measure == FAILED:
+        known = sweep.table["state"].isin((states.DONE, states.FAILED))
+        return (sweep.table["state"] == states.FAILED).astype(float).where(known)
+    if measure not in sweep.columns or not is_numeric_dtype(sweep.table[measure]):
+        raise ConfigError(f"measure: '{measure}' is no column of numbers that runs give; see docs/columns.md")
+    return sweep.table[measure].astype(float)
+
+
+def tabulate_failures(sweep: CollectedSweep) -> pd.DataFrame:
+    """Tabulate where runs fail: for each part of each setting its runs, those that failed, and their share.
+
+    Columns: setting, part, runs, failed, share.  Runs that were not run, or were stopped, are not counted.
+    """
+    failed = read_measure(sweep, FAILED)
+    known = sweep.table[failed.notna()]
+    rows = []
+    for name in sweep.varied:
+        values = _read_values(known[name])
+        bins = make_bins(values, REGIONS) if values.dtype.kind in "iuf" else make_bins(values)
+        for part in np.unique(bins):
+            inside = bins == part
+            count = int(failed[known.index[inside]].sum())
+            label = _describe_part(values[inside])
+            rows.append((sweep.key_of(name), label, int(inside.sum()), count, count / inside.sum()))
+    return pd.DataFrame(rows, columns=["setting", "part", "runs", "failed", "share"])
+
+
+def _measure_any(sweep: CollectedSweep, y: pd.Series) -> tuple[list[tuple], str]:
+    """Measure the first order of each setting from the runs that have a value; rows, and why there are none."""
+    known = sweep.table[y.notna()]
+    points = known[POINT] if POINT in known else pd.Series(range(len(known)), known.index)
+    _, first, point = np.unique(points, return_index=True, return_inverse=True)
+    if len(first) < LEAST_UNITS:
+        return [], f"{len(first)} points have a value, and {LEAST_UNITS} are needed"
+    values = y[known.index].to_numpy()
+    means = np.bincount(point, values) / np.bincount(point)
+
+    def measure(bins: np.ndarray, is_sampled: bool, weights: np.ndarray) -> float:
+        """Return the first order of a setting; of a sampled one, which a point has once, by the means of the points."""
+        if not is_sampled:
+            return measure_first_order(bins, values, weights[point])
+        share = measure_variance(means, weights) / measure_variance(values, weights[point])
+        return share * measure_first_order(bins, means, weights) if share else 0.0
+
+    rows = []
+    for name in sweep.varied:
+        is_sampled, setting = name in sweep.factors, _read_values(known[name])
+        index = partial(measure, make_bins(setting[first] if is_sampled else setting), is_sampled)
+        value, half = estimate(index, len(first))
+        rows.append((sweep.key_of(name), FIRST, float(value), float(value - half), float(value + half)))
+    return rows, ""
+
+
+def _measure_by_design(sweep: CollectedSweep, y: pd.Series) -> tuple[list[tuple], str]:
+    """Measure the indices that Morris's or Saltelli's design is made for; rows, and why there are none."""
+    assert sweep.sample is not None, "a design sampled it"
+    sample, keys = sweep.sample, sweep.sample.keys
+    means = y.groupby(sweep.table[POINT]).mean().reindex(range(len(sample))).to_numpy()
+    blocks = means.reshape(-1, get_block(sample.design, len(keys)))
+    if sample.design.name == "morris":
+        places = sample.places.reshape(*blocks.shape, len(keys))
+        blocks, names, index = _list_effects(blocks, places), (EFFECT, SPREAD), measure_effects
+        blocks = blocks[~np.isnan(blocks).all(axis=1)]
+    else:
+        names, index = (FIRST, TOTAL), measure_blocks
+        blocks = blocks[~np.isnan(blocks).any(axis=1)]
+    if len(blocks) < LEAST_UNITS:
+        return [], f"{len(blocks)} paths or blocks have all values, and {LEAST_UNITS} are needed"
+    values, halves = estimate(lambda weights: np.stack(index(blocks, weights)), len(blocks))
+    return [
+        (key, name, *map(float, (values[i, j], values[i, j] - halves[i, j], values[i, j] + halves[i, j])))
+        for i, name in enumerate(names)
+        for j, key in enumerate(keys)
+    ], ""
+
+
+def _list_effects(values: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """List the effect of each setting in each path, over its whole range: (paths, settings)."""
+    moved = np.diff(places, axis=1)  # (path, step, setting), one setting a step
+    slopes = np.diff(values, axis=1)[:, :, None] * np.sign(np.round(moved / STEP)) / STEP
+    step_of = np.abs(moved).argmax(axis=1)  # (path, setting)
+    return np.take_along_axis(slopes, step_of[:, None, :], axis=1)[:, 0]
+
+
+def _read_values(values: pd.Series) -> np.ndarray:
+    """Read a setting: as numbers if all its values are, also written ones; else as text."""
+    numbers = pd.to_numeric(values, errors="coerce")
+    return numbers.to_numpy(float) if numbers.notna().all() else values.astype(str).to_numpy(str)
+
+
+def _describe_part(values: np.ndarray) -> str:
+    """Describe a part of a setting: its value, or from where to where it goes."""
+    if values.dtype.kind not in "iuf":
+        return str(values[0])
+    low, high = f"{values.min():.3g}", f"{values.max():.3g}"
+    return low if low == high else f"{low} to {high}"

@@ -1,0 +1,148 @@
+"""What matters in a sample: indices of each setting with their intervals, and where runs fail."""
+
+import textwrap
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ...evidence.collect import CollectedSweep
+from ...evidence.influence import EFFECT, FAILED, FIRST, SPREAD, TOTAL, Influence, measure_influence, tabulate_failures
+from ...text import make_cells
+from ..document import Block, Fold, Heading, Picture, Table, escape, format_code, join_names
+from ..drawing.columns import escape_label, label_column, list_measures
+from ..drawing.common import save_figure
+from ..drawing.plot import PALETTE
+
+PICTURE, CSV, FAILURES = "influence.png", "influence.csv", "failures.csv"
+MEANINGS = {
+    FIRST: "first order: the part of its variance that goes with this setting alone",
+    TOTAL: "total order: the part that would stay if only this setting varied further, alone or together with others",
+    EFFECT: "mean effect: by how much a step over the whole range of the setting changes it, without sign, on average",
+    SPREAD: "spread of effects: their standard deviation; large where the effect depends on other settings",
+}
+
+
+def make_blocks(sweep: CollectedSweep, folder: Path) -> list[Block]:
+    """Measure the influence of what was sampled on the main measures, write it into a folder, and show it."""
+    measures = [*list_measures(sweep), *([FAILED] if len(tabulate_failed(sweep)) else [])]
+    return show_influences(sweep, [measure_influence(sweep, measure) for measure in measures], folder)
+
+
+def tabulate_failed(sweep: CollectedSweep) -> pd.DataFrame:
+    """Tabulate where runs fail; empty if none did."""
+    table = tabulate_failures(sweep)
+    return table if table["failed"].any() else table.iloc[:0]
+
+
+def show_influences(sweep: CollectedSweep, influences: Sequence[Influence], folder: Path) -> list[Block]:
+    """Write influence.csv, influence.png and failures.csv into a folder; returns what a report shows of them."""
+    table = pd.concat([each.table for each in influences], ignore_index=True) if influences else pd.DataFrame()
+    blocks: list[Block] = [Heading("What matters")]
+    if len(table):
+        make_cells(table).to_csv(folder / CSV, index=False, float_format="%.6g", lineterminator="\n")
+        draw_influences(sweep, [each for each in influences if len(each.table)], folder / PICTURE)
+        kinds = list(dict.fromkeys(table["index"]))
+        caption = "; ".join(MEANINGS[kind] for kind in kinds)
+        picture = f"{caption[0].upper()}{caption[1:]}. Bars: intervals of 95 % by bootstrap."
+        names = join_names([describe_measure(sweep, each.measure) for each in influences if len(each.table)], "and")
+        blocks += [
+            Picture(PICTURE, f"Influence of each setting on {names}.", picture, data=CSV),
+            Fold("The numbers", [Table(_format_rows(sweep, table), data=CSV)]),
+        ]
+    blocks += [f"{escape(line)}" for line in describe_gaps(sweep, influences)]
+    return [*blocks, *_show_failures(sweep, folder)]
+
+
+def describe_measure(sweep: CollectedSweep, measure: str) -> str:
+    """Describe a measure in few words."""
+    return "whether a run fails" if measure == FAILED else label_column(sweep, measure)
+
+
+def describe_gaps(sweep: CollectedSweep, influences: Sequence[Influence]) -> list[str]:
+    """Say of which measures nothing is known and why, and how many runs have no value; a sentence each."""
+    lines = [f"Of {describe_measure(sweep, each.measure)}: {each.note}." for each in influences if each.note]
+    counts = {each.used: each.runs for each in influences if each.measure != FAILED and not each.note}
+    return [*lines, *(f"{runs - used} of {runs} runs have no value." for used, runs in counts.items() if used < runs)]
+
+
+def describe_region(failures: pd.DataFrame) -> str:
+    """Say where runs fail most often, in a sentence.  ``failures``: of ``tabulate_failures``, some of which failed."""
+    worst = failures.loc[failures["share"].idxmax()]
+    first = failures["setting"] == failures["setting"].iloc[0]  # the parts of one setting hold all runs
+    runs, failed = int(failures.loc[first, "runs"].sum()), int(failures.loc[first, "failed"].sum())
+    return (
+        f"{failed} of {runs} runs failed; most often, {worst['failed']} of {worst['runs']}, where "
+        f"{worst['setting']} is {worst['part']}."
+    )
+
+
+def draw_influences(sweep: CollectedSweep, influences: Sequence[Influence], path: Path) -> None:
+    """Draw a panel for each measure and unit: a bar for each setting and index, the most influential setting first."""
+    panels = [
+        (each, kinds)
+        for each in influences
+        for kinds in ((FIRST, TOTAL), (EFFECT, SPREAD))
+        if each.table["index"].isin(kinds).any()
+    ]
+    columns = min(len(panels), 2)
+    rows = -(-len(panels) // columns)
+    settings = max(len(each.table["setting"].unique()) for each, _ in panels)
+    figure = Figure(figsize=(4.0 * columns, rows * (0.34 * settings + 1.1) + 0.4), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False).ravel()
+    for ax in axes[len(panels) :]:
+        ax.set_visible(False)
+    for ax, (influence, kinds) in zip(axes, panels, strict=False):
+        _draw_panel(ax, influence.table[influence.table["index"].isin(kinds)])
+        title = describe_measure(sweep, influence.measure)
+        ax.set_title(textwrap.fill(escape_label(title), 42), fontsize=10)
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper left", ncols=2, frameon=False, fontsize=9)
+    save_figure(figure, path)
+
+
+def _draw_panel(ax: Axes, table: pd.DataFrame) -> None:
+    """Draw the indices of a measure, as dots with their intervals."""
+    kinds = list(dict.fromkeys(table["index"]))
+    order = table[table["index"] == kinds[-1]].sort_values("value")["setting"].tolist()
+    for number, kind in enumerate(kinds):
+        rows = table[table["index"] == kind].set_index("setting").loc[order]
+        places = np.arange(len(order)) - 0.25 * (number - (len(kinds) - 1) / 2)
+        ax.errorbar(
+            rows["value"], places, xerr=[rows["value"] - rows["low"], rows["high"] - rows["value"]], fmt="o",
+            color=PALETTE[2 * number], ms=5, lw=1.4, label=kind,
+        )  # fmt: skip
+    ax.axvline(0, color="0.5", lw=0.8)
+    ax.set_yticks(range(len(order)), [escape_label(name) for name in order], fontsize=9)
+    ax.tick_params(axis="x", labelsize=9)
+    ax.grid(axis="x", color="0.92", lw=0.6)
+
+
+def _format_rows(sweep: CollectedSweep, table: pd.DataFrame) -> pd.DataFrame:
+    """Write the indices for a page: numbers in three digits, settings as one types them."""
+    return pd.DataFrame(
+        {
+            "measure": [escape(describe_measure(sweep, measure)) for measure in table["measure"]],
+            "setting": [format_code(setting) for setting in table["setting"]],
+            "index": table["index"],
+            "value": [f"{value:.3g}" for value in table["value"]],
+            "95 %": [f"{low:.3g} to {high:.3g}" for low, high in table[["low", "high"]].to_numpy()],
+        }
+    )
+
+
+def _show_failures(sweep: CollectedSweep, folder: Path) -> list[Block]:
+    """Show where runs fail: a sentence, and a table; nothing if none did."""
+    failures = tabulate_failed(sweep)
+    if failures.empty:
+        return []
+    make_cells(failures).to_csv(folder / FAILURES, index=False, float_format="%.6g", lineterminator="\n")
+    shown = failures.assign(
+        setting=[format_code(setting) for setting in failures["setting"]],
+        part=[escape(part) for part in failures["part"]],
+        share=[f"{share:.2f}" for share in failures["share"]],
+    )
+    return [escape(describe_region(failures)), Fold("Where runs fail", [Table(shown, data=FAILURES)])]
