@@ -157,5 +157,5 @@ def _describe_part(values: np.ndarray) -> str:
     """Describe a part of a setting: its value, or from where to where it goes."""
     if values.dtype.kind not in "iuf":
         return str(values[0])
-    low, high = f"{values.min():.3g}", f"{values.max():.3g}"
+    low, high = f"{values.min():.4g}", f"{values.max():.4g}"
     return low if low == high else f"{low} to {high}"

@@ -4,7 +4,6 @@ import argparse
 
 from ...errors import ConfigError, ExitCode
 from ...evidence import search
-from ...text import quote
 from .. import candidates, searching
 from ..arguments import EXITS, add_folders, complete_by
 
@@ -53,6 +52,6 @@ def execute(options: argparse.Namespace) -> ExitCode:
     factor, words = searching.split_range(options.overrides)
     asked = search.make_search(factor, options.target, options.within, options.points)
     if searching.is_text(options.measure):
-        raise ConfigError(f"measure: {quote(options.measure)} is no column of numbers; see docs/columns.md")
+        raise ConfigError(f"measure: '{options.measure}' is no column of numbers; see docs/columns.md")
     searching.run_searches(asked, options.measure, words)
     return ExitCode.FINE

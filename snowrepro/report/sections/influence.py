@@ -19,7 +19,7 @@ from ..drawing.plot import PALETTE
 
 PICTURE, CSV, FAILURES = "influence.png", "influence.csv", "failures.csv"
 MEANINGS = {
-    FIRST: "first order: the part of its variance that goes with this setting alone",
+    FIRST: "first order: the part of its variance that goes with this setting alone; near 0 and below: nothing seen",
     TOTAL: "total order: the part that would stay if only this setting varied further, alone or together with others",
     EFFECT: "mean effect: by how much a step over the whole range of the setting changes it, without sign, on average",
     SPREAD: "spread of effects: their standard deviation; large where the effect depends on other settings",
