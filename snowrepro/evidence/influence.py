@@ -1,5 +1,6 @@
 """What matters in a sweep: how far each setting decides each measure, and where runs fail."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
@@ -50,7 +51,8 @@ def measure_influence(sweep: CollectedSweep, measure: str) -> Influence:
     y = read_measure(sweep, measure)
     design = sweep.sample.design.name if sweep.sample else ""
     used = int(y.notna().sum())
-    rows, note = [], ""
+    rows: list[tuple] = []
+    note = ""
     if y.dropna().nunique() < 2:
         note = "it is the same in all runs" if used else "no run has a value"
     elif design in ("morris", "saltelli"):
@@ -122,6 +124,7 @@ def _measure_by_design(sweep: CollectedSweep, y: pd.Series) -> tuple[list[tuple]
     sample, keys = sweep.sample, sweep.sample.keys
     means = y.groupby(sweep.table[POINT]).mean().reindex(range(len(sample))).to_numpy()
     blocks = means.reshape(-1, get_block(sample.design, len(keys)))
+    index: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
     if sample.design.name == "morris":
         places = sample.places.reshape(*blocks.shape, len(keys))
         blocks, names, index = _list_effects(blocks, places), (EFFECT, SPREAD), measure_effects
