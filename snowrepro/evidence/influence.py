@@ -1,6 +1,5 @@
 """What matters in a sweep: how far each setting decides each measure, and where runs fail."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
@@ -124,13 +123,13 @@ def _measure_by_design(sweep: CollectedSweep, y: pd.Series) -> tuple[list[tuple]
     sample, keys = sweep.sample, sweep.sample.keys
     means = y.groupby(sweep.table[POINT]).mean().reindex(range(len(sample))).to_numpy()
     blocks = means.reshape(-1, get_block(sample.design, len(keys)))
-    index: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
-    if sample.design.name == "morris":
+    is_morris = sample.design.name == "morris"
+    names, index = ((EFFECT, SPREAD), measure_effects) if is_morris else ((FIRST, TOTAL), measure_blocks)
+    if is_morris:
         places = sample.places.reshape(*blocks.shape, len(keys))
-        blocks, names, index = _list_effects(blocks, places), (EFFECT, SPREAD), measure_effects
+        blocks = _list_effects(blocks, places)
         blocks = blocks[~np.isnan(blocks).all(axis=1)]
     else:
-        names, index = (FIRST, TOTAL), measure_blocks
         blocks = blocks[~np.isnan(blocks).any(axis=1)]
     if len(blocks) < LEAST_UNITS:
         return [], f"{len(blocks)} paths or blocks have all values, and {LEAST_UNITS} are needed"
