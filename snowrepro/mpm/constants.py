@@ -52,6 +52,8 @@ class Constants:
     plane_strain: bool
 
     stick_inside: bool
+    springs: bool  # whether contact is by springs on particles, and not on nodes
+    reach: float  # of a particle's surface from its centre
     moves_out: bool
     friction: float
     indents: bool  # whether there are an indenter and its vice
@@ -106,7 +108,9 @@ def make_constants(case: Case) -> Constants:
         volume_follows_density=reading.density_changes == "moduli_and_volume",
         plane_strain=reading.plane == "strain",
         stick_inside=reading.contact == "legacy",
-        moves_out=reading.inside_floor == "moved_out",
+        springs=reading.contact == "penalty",
+        reach=0.5 * case.dx / case.fidelity.particles_per_cell**0.5,
+        moves_out=reading.inside_floor == "moved_out" and reading.contact != "penalty",  # springs need the depth
         friction=reading.friction,
         indents=case.indenter is not None,
         indenter_friction=case.indenter.friction if case.indenter else 0.0,

@@ -6,7 +6,7 @@
 import taichi as ti
 
 from ..physics import elasticity, plasticity, sintering
-from . import contact, indenter, transfer
+from . import contact, indenter, penalty, transfer
 from .state import LANES, RUNNING, TOO_MANY_SUBSTEPS, UNSOUND_PARTICLE
 
 HUGE = 1e30  # beyond what any sound quantity reaches, within what f32 holds
@@ -162,6 +162,8 @@ def clear(i, j, nodes: ti.template(), constants: ti.template()):
     else:
         nodes.mass[i, j] = 0.0
         nodes.sums[i, j] = 0.0
+    if ti.static(constants.springs):
+        penalty.clear(i, j, nodes, constants)
 
 
 @ti.func
@@ -236,7 +238,11 @@ def step_4_and_5_node_velocity(i, j, nodes: ti.template(), constants: ti.templat
         pushed = (old_momentum + impulse) / mass
         pushed[1] -= dt * gravity
         damped = pushed * (1.0 / (1.0 + dt * damping))
-        new = contact.node_velocity(damped, nodes.distance[i, j], nodes.normal[i, j], constants)
+        new = damped
+        if ti.static(constants.springs):
+            new = penalty.node_velocity(i, j, damped, mass, nodes, constants)
+        else:
+            new = contact.node_velocity(damped, nodes.distance[i, j], nodes.normal[i, j], constants)
         if ti.static(constants.indents):
             new = indenter.node_velocity(i, j, new, mass, nodes.indenter, constants)
         old = old_momentum / mass
@@ -268,7 +274,7 @@ def step_6_to_9_particle(p, particles: ti.template(), nodes: ti.template(), cons
         particles.sliding_impulse[p] += mass * (velocity - free)
     if contact.near_floor(position, nodes, constants):
         distance, normal = contact.floor_at(position, nodes, constants)
-        if distance <= constants.touch:
+        if ti.static(not constants.springs) and distance <= constants.touch:
             free = velocity
             velocity = contact.slide(free, normal, constants.friction)  # step 8
             particles.sliding_work[p] += 0.5 * mass * (velocity.norm_sqr() - free.norm_sqr())

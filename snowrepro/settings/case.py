@@ -179,7 +179,7 @@ class Reading(Settings):
     hardening_exponent: tuple[float, float] = Field(description="bounds of xi (1 - J_P) in Eq. 1 [1]")
     plastic_volume: tuple[float, float] = Field(description="bounds of J_P [1]")
     initial_volume: Literal["grid_density", "sampled"]
-    contact: Literal["legacy", "coulomb"]
+    contact: Literal["legacy", "coulomb", "penalty"]
     friction: float = Field(ge=0, description="Coulomb friction of the floor [1]")
     inside_floor: Literal["moved_out", "left"]
 

@@ -30,6 +30,7 @@ def run(*overrides):
         ("reading.hardening_exponent=[0,1]", "position"),
         ("reading.initial_volume=sampled", "position"),
         ("reading.contact=coulomb", "position"),
+        ("reading.contact=penalty", "position"),
         ("reading.friction=0.1", "position"),
         ("reading.gravity=20", "position"),
     ],
