@@ -33,6 +33,7 @@ class Constants:
     lowest_stretch: float  # 1 - theta_c
     highest_stretch: float  # 1 + theta_s
     hardening_exponent: tuple[float, float]
+    softening: float  # factor on xi where J_P > 1
     plastic_volume: tuple[float, float]
 
     rho: float  # initial density
@@ -91,6 +92,7 @@ def make_constants(case: Case) -> Constants:
         lowest_stretch=1.0 - material.theta_c,
         highest_stretch=1.0 + material.theta_s,
         hardening_exponent=reading.hardening_exponent,
+        softening=case.softening,
         plastic_volume=reading.plastic_volume,
         rho=material.rho,
         rho_max=sintering.rho_max,

@@ -72,7 +72,7 @@ def update_stress(group, particles: ti.template(), constants: ti.template()):
         J_P[k] = elasticity.clamp(particles.J_P[p] * ratio, constants.plastic_volume[0], constants.plastic_volume[1])
     for k in range(LANES):
         factor[k] = elasticity.hardening_factor(
-            particles.hardening[group * LANES + k],
+            coefficient(particles.hardening[group * LANES + k], J_P[k], constants),
             J_P[k],
             constants.hardening_exponent[0],
             constants.hardening_exponent[1],
@@ -100,6 +100,19 @@ def update_stress(group, particles: ti.template(), constants: ti.template()):
         particles.factor[p] = factor[k]
         particles.plastic_work[p] = plastic[k]
         particles.hardening_work[p] = hardened[k]
+
+
+@ti.func
+def coefficient(xi, J_P, constants: ti.template()):
+    """Coefficient of Eq. 1 at a point: xi, and xi dx / length where it opens (J_P > 1) and a length is set.
+
+    A crack is as wide as a few grid spacings, and over it stress falls as exp(-xi (J_P - 1)): opening it takes an
+    energy in proportion to dx / xi (the crack band of Bazant and Oh 1983).  So scaled, it is the same on every grid.
+    """
+    result = xi
+    if ti.static(constants.softening != 1.0):
+        result = ti.select(J_P > 1.0, constants.softening * xi, xi)
+    return result
 
 
 @ti.func
@@ -218,7 +231,10 @@ def sinter(p, particles: ti.template(), constants: ti.template(), dt):
     if ti.static(constants.volume_follows_density):
         particles.volume[p] = particles.volume[p] * rho / new_rho
     particles.factor[p] = elasticity.hardening_factor(
-        particles.hardening[p], particles.J_P[p], constants.hardening_exponent[0], constants.hardening_exponent[1]
+        coefficient(particles.hardening[p], particles.J_P[p], constants),
+        particles.J_P[p],
+        constants.hardening_exponent[0],
+        constants.hardening_exponent[1],
     )
     particles.sintering_work[p] += elastic_energy(p, particles) - energy
 

@@ -178,6 +178,9 @@ class Reading(Settings):
     plane: Literal["strain", "stress_zz_zero"]
     hardening_exponent: tuple[float, float] = Field(description="bounds of xi (1 - J_P) in Eq. 1 [1]")
     plastic_volume: tuple[float, float] = Field(description="bounds of J_P [1]")
+    softening_length: Annotated[float | None, AddedLater] = Field(
+        None, gt=0, description="grid spacing on which a crack takes the energy that it takes here [cells]; none: any"
+    )
     initial_volume: Literal["grid_density", "sampled"]
     contact: Literal["legacy", "coulomb", "penalty"]
     friction: float = Field(ge=0, description="Coulomb friction of the floor [1]")
@@ -336,6 +339,12 @@ class Case(Settings):
         if frame <= self.loading.press_frames:
             return self.reading.press_damping
         return self.indenter.rest_damping if self.indenter and not self.is_tested(frame) else 0.0
+
+    @property
+    def softening(self) -> float:
+        """Factor on xi where J_P > 1: a crack is as wide as the grid spacing, and opens by (J_P - 1) of it."""
+        length = self.reading.softening_length
+        return self.fidelity.dx / length if length else 1.0
 
     @property
     def dx(self) -> float:

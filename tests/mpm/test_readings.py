@@ -29,6 +29,7 @@ def run(*overrides):
         ("reading.plane=stress_zz_zero", "von_mises"),
         ("reading.hardening_exponent=[0,1]", "position"),
         ("reading.initial_volume=sampled", "position"),
+        ("reading.softening_length=1", "position"),
         ("reading.contact=coulomb", "position"),
         ("reading.contact=penalty", "position"),
         ("reading.friction=0.1", "position"),
