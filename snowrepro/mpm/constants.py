@@ -18,7 +18,8 @@ class Constants:
     """
 
     transfer: str
-    flip: float  # pic_flip: part of the velocity that particles keep
+    flip: float  # pic_flip: part of the velocity that particles keep in a step
+    pic_rate: float  # 1/s, in place of flip; negative: not set
     spline: str
     nodes: int  # of the spline's support, per axis
     inertia: float  # D / dx^2
@@ -78,6 +79,7 @@ def make_constants(case: Case) -> Constants:
     return Constants(
         transfer=solver.transfer,
         flip=solver.flip,
+        pic_rate=-1.0 if solver.pic_rate is None else solver.pic_rate,
         summation=solver.summation,
         mass_quantum=power_of_two(particle_mass * 2.0**-40),
         momentum_quantum=power_of_two(particle_mass * fastest * 2.0**-50),

@@ -278,7 +278,7 @@ def step_6_to_9_particle(p, particles: ti.template(), nodes: ti.template(), cons
 
     Returns the particle's speed squared, and 1 if it ended inside the floor, else 0.
     """
-    velocity, gradient, affine = transfer.grid_to_particle(p, particles, nodes, constants)
+    velocity, gradient, affine = transfer.grid_to_particle(p, particles, nodes, constants, dt)
     particles.F_E[p] = particles.F_E[p] + dt * (gradient @ particles.F_E[p])  # step 6; clamped in update_stress
     position = particles.position[p]
     mass, force = particles.mass[p], particles.force[p]

@@ -209,7 +209,10 @@ class Solver(Settings):
     """Numerical choices."""
 
     transfer: Literal["apic", "pic_flip", "mls"]
-    flip: float = Field(ge=0, le=1, description="pic_flip: part of the velocity that particles keep [1]")
+    flip: float = Field(ge=0, le=1, description="pic_flip: part of the velocity that particles keep in a step [1]")
+    pic_rate: Annotated[float | None, AddedLater] = Field(
+        None, ge=0, description="pic_flip: in place of flip, rate at which particles lose their own velocity [1/s]"
+    )
     precision: Literal["f64", "f32"]
     device: Literal["cpu", "cuda"]
     summation: Literal["in_order", "fixed_point", "atomic"]
@@ -219,6 +222,12 @@ class Solver(Settings):
         gt=0, le=10_000_000, description="substeps a frame beyond which a run counts as diverged [1]"
     )
     max_bounded: float = Field(ge=0, le=1, description="part of the particles at the lowest J_P, likewise [1]")
+
+    @model_validator(mode="after")
+    def _rate_is_of_pic_flip(self) -> "Solver":
+        if self.pic_rate is not None and self.transfer != "pic_flip":
+            raise ValueError(f"pic_rate is a choice of transfer=pic_flip, and transfer is {self.transfer}")
+        return self
 
     @model_validator(mode="after")
     def _gpu_sums_in_parallel(self) -> "Solver":

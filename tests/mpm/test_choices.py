@@ -110,6 +110,7 @@ def test_fixed_point_sums_hold_what_the_time_step_allows():
         (["threads=2"], r"threads=2 needs solver.summation=fixed_point"),
         (["solver.device=cuda"], r"a GPU cannot sum in_order"),
         (["solver.transfer=picflip"], r"solver.transfer: should be 'apic', 'pic_flip' or 'mls'"),
+        (["solver.pic_rate=5"], r"pic_rate is a choice of transfer=pic_flip, and transfer is apic"),
         (["solver.flip=1.5"], r"solver.flip: should be less than or equal to 1"),
         (["threads=0"], r"threads: should be greater than or equal to 1"),
     ],
