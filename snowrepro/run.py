@@ -86,12 +86,17 @@ def _device() -> ModuleType:
     return device
 
 
-@functools.cache
 def warn_of_settings_left_out() -> None:
-    """Say once which of Taichi's settings in the environment are not used."""
+    """Take Taichi's settings out of the environment, and say once which of them are not used."""
+    home.leave_settings_out()
     if home.left_out:
-        given = ", ".join(f"{name}={value}" for name, value in sorted(home.left_out.items()))
-        log.warning("not used: %s; what a run is computed on, and how, its configuration says (solver.device)", given)
+        _warn_once(", ".join(f"{name}={value}" for name, value in sorted(home.left_out.items())))
+
+
+@functools.cache
+def _warn_once(given: str) -> None:
+    """Say that these settings are not used, if that was not said before."""
+    log.warning("not used: %s; what a run is computed on, and how, its configuration says (solver.device)", given)
 
 
 def do_run(run: Run, on_progress: Callable[["Progress"], None] | None = None) -> Path:

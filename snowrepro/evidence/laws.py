@@ -51,7 +51,8 @@ def viscosity(rho: np.ndarray, case: Case) -> np.ndarray:
 
 def hardening_factor(xi: np.ndarray, J_P: np.ndarray, case: Case) -> np.ndarray:
     """Eq. 1: the factor on the moduli, its exponent bounded as in the run."""
-    return np.exp(np.clip(xi * (1.0 - J_P), *case.reading.hardening_exponent))
+    exponent = xi * (1.0 - J_P) * np.where(J_P > 1.0, case.softening, 1.0)
+    return np.exp(np.clip(exponent, *case.reading.hardening_exponent))
 
 
 def tabulate_laws(laws: Sequence[Law]) -> pd.DataFrame:

@@ -18,7 +18,8 @@ class Constants:
     """
 
     transfer: str
-    flip: float  # pic_flip: part of the velocity that particles keep
+    flip: float  # pic_flip: part of the velocity that particles keep in a step
+    pic_rate: float  # 1/s, in place of flip; negative: not set
     spline: str
     nodes: int  # of the spline's support, per axis
     inertia: float  # D / dx^2
@@ -33,6 +34,7 @@ class Constants:
     lowest_stretch: float  # 1 - theta_c
     highest_stretch: float  # 1 + theta_s
     hardening_exponent: tuple[float, float]
+    softening: float  # factor on xi where J_P > 1
     plastic_volume: tuple[float, float]
 
     rho: float  # initial density
@@ -52,6 +54,8 @@ class Constants:
     plane_strain: bool
 
     stick_inside: bool
+    springs: bool  # whether contact is by springs on particles, and not on nodes
+    reach: float  # of a particle's surface from its centre
     moves_out: bool
     friction: float
     indents: bool  # whether there are an indenter and its vice
@@ -75,6 +79,7 @@ def make_constants(case: Case) -> Constants:
     return Constants(
         transfer=solver.transfer,
         flip=solver.flip,
+        pic_rate=-1.0 if solver.pic_rate is None else solver.pic_rate,
         summation=solver.summation,
         mass_quantum=power_of_two(particle_mass * 2.0**-40),
         momentum_quantum=power_of_two(particle_mass * fastest * 2.0**-50),
@@ -89,6 +94,7 @@ def make_constants(case: Case) -> Constants:
         lowest_stretch=1.0 - material.theta_c,
         highest_stretch=1.0 + material.theta_s,
         hardening_exponent=reading.hardening_exponent,
+        softening=case.softening,
         plastic_volume=reading.plastic_volume,
         rho=material.rho,
         rho_max=sintering.rho_max,
@@ -106,7 +112,9 @@ def make_constants(case: Case) -> Constants:
         volume_follows_density=reading.density_changes == "moduli_and_volume",
         plane_strain=reading.plane == "strain",
         stick_inside=reading.contact == "legacy",
-        moves_out=reading.inside_floor == "moved_out",
+        springs=reading.contact == "penalty",
+        reach=0.5 * case.dx / case.fidelity.particles_per_cell**0.5,
+        moves_out=reading.inside_floor == "moved_out" and reading.contact != "penalty",  # springs need the depth
         friction=reading.friction,
         indents=case.indenter is not None,
         indenter_friction=case.indenter.friction if case.indenter else 0.0,

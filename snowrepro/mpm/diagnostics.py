@@ -30,7 +30,7 @@ def _describe_end(frame: Frame, case: Case) -> dict[str, float]:
     mass, velocity, position = frame.read("mass"), frame.read("velocity"), frame.read("position")
     xi, J_P, poisson, density = frame.read("hardening"), frame.read("J_P"), frame.read("poisson"), frame.read("density")
     low, high = reading.hardening_exponent
-    exponent = xi * (1.0 - J_P)
+    exponent = xi * (1.0 - J_P) * np.where(J_P > 1.0, case.softening, 1.0)
     gravity = case.gravity_in(frame.number)
     momentum = mass @ velocity
     row = {

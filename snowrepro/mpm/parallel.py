@@ -6,7 +6,7 @@ threads; all else that is shared are minima, maxima and counts.
 
 import taichi as ti
 
-from . import indenter, steps, transfer
+from . import indenter, penalty, steps, transfer
 from .constants import Constants
 from .state import RUNNING, Ledger, Nodes, Particles
 
@@ -79,6 +79,9 @@ def advance_substep(
     for p in range(active * particles.count):
         transfer.find_shares(p, p, particles, constants, dt)  # steps 1 and 3
         transfer.add_shares(p, particles.shares, nodes, constants)
+    if ti.static(constants.springs):
+        for p in range(active * particles.count):
+            penalty.press(p, particles, nodes, constants, dt)
     sintering = active * int(sinters and (constants.every_substep or ledger.substeps[None] == 1))
     for p in range(sintering * particles.count):
         steps.sinter(p, particles, constants, dt)

@@ -5,7 +5,7 @@ A sweep uses the cores by running many cases at once.
 
 import taichi as ti
 
-from . import indenter, steps, transfer
+from . import indenter, penalty, steps, transfer
 from .state import RUNNING
 
 
@@ -83,6 +83,9 @@ def advance_substep(
         steps.clear(i, j, nodes, constants)
     for block in range(particles.blocks):
         transfer.block_to_grid(block, particles, nodes, constants, dt)  # steps 1 and 3
+    if ti.static(constants.springs):
+        for p in range(particles.count):
+            penalty.press(p, particles, nodes, constants, dt)
     if sinters and (constants.every_substep or ledger.substeps[None] == 1):
         for p in range(particles.count):
             steps.sinter(p, particles, constants, dt)

@@ -14,6 +14,7 @@ from ..scene.press import SHELL_CELLS, external_force
 from ..settings.case import Case, Solver
 from . import accounts, parallel, serial, state
 from .constants import Constants, make_constants
+from .home import leave_settings_out
 from .indenter import Indenter, Place, depth_at, find_place, force_of, start_frame
 from .ledger import TOTALS
 from .taichi_private import leave_lines_unwrapped
@@ -78,6 +79,7 @@ def start_taichi(solver: Solver, threads: int) -> None:
     arch = ti.cuda if solver.device == "cuda" else ti.cpu
     real = ti.f32 if solver.precision == "f32" else ti.f64
     leave_lines_unwrapped()
+    leave_settings_out()  # those that were set since this program was loaded
     with contextlib.redirect_stdout(io.StringIO()):  # it announces itself
         ti.init(arch=arch, default_fp=real, default_ip=ti.i32, fast_math=False, cpu_max_num_threads=threads)
     if solver.device == "cuda" and ti.lang.impl.current_cfg().arch != ti.cuda:  # it falls back to the CPU

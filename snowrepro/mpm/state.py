@@ -60,6 +60,7 @@ PARTICLE_STATE = (
     Quantity("factor", (), "hardening factor of Eq. 1", "1", lambda s, m: 1.0),
     Quantity("force", (2,), "external force b as an acceleration", "L/T2"),
     Quantity("tau", (2, 2), "Kirchhoff stress", "M/L/T2"),
+    Quantity("slip", (2,), "elastic slip along the floor, where contact is by springs", "L"),
     Quantity("wave_speed2", (), "square of the elastic wave speed", "L2/T2"),
     *(Quantity(account.name, account.shape, account.long_name, account.unit) for account in accounts_of(PARTICLE)),
 )
@@ -170,7 +171,8 @@ class Nodes:
     """Grid nodes: what particles bring them, their velocity, and the floor's signed distance and normal at each.
 
     ``mass``; ``sums``: momentum x and y before forces act, impulse x and y of the forces of the substep;
-    ``old_velocity`` is that before forces act.  ``fixed_...`` are the sums in fixed point, where they are taken so.
+    ``old_velocity`` is that before forces act; ``push`` what the floor gives by springs.
+    ``fixed_...`` are the sums in fixed point, where they are taken so.
     ``books``: of what each cause gave in the frame; their
     fields are attributes by the accounts' names.  ``indenter`` is there in runs that have one.
     """
@@ -186,9 +188,11 @@ class Nodes:
         self.old_velocity = ti.Vector.field(2, float, shape=self.size)
         self.distance = _field((), self.size)
         self.normal = _field((2,), self.size)
+        self.push = ti.Vector.field(2, float, shape=self.size)
         fixed_size = self.size if fixed_point else (1, 1)
         self.fixed_mass = _field((), fixed_size, ti.i64)
         self.fixed_sums = _field((4,), fixed_size, ti.i64)
+        self.fixed_push = _field((2,), fixed_size, ti.i64)
         for account in accounts_of(NODE):
             setattr(self, account.name, _field(account.shape, self.size))
         self.books = _books(self, NODE)

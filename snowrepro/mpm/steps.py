@@ -6,7 +6,7 @@
 import taichi as ti
 
 from ..physics import elasticity, plasticity, sintering
-from . import contact, indenter, transfer
+from . import contact, indenter, penalty, transfer
 from .state import LANES, RUNNING, TOO_MANY_SUBSTEPS, UNSOUND_PARTICLE
 
 HUGE = 1e30  # beyond what any sound quantity reaches, within what f32 holds
@@ -72,7 +72,7 @@ def update_stress(group, particles: ti.template(), constants: ti.template()):
         J_P[k] = elasticity.clamp(particles.J_P[p] * ratio, constants.plastic_volume[0], constants.plastic_volume[1])
     for k in range(LANES):
         factor[k] = elasticity.hardening_factor(
-            particles.hardening[group * LANES + k],
+            coefficient(particles.hardening[group * LANES + k], J_P[k], constants),
             J_P[k],
             constants.hardening_exponent[0],
             constants.hardening_exponent[1],
@@ -100,6 +100,19 @@ def update_stress(group, particles: ti.template(), constants: ti.template()):
         particles.factor[p] = factor[k]
         particles.plastic_work[p] = plastic[k]
         particles.hardening_work[p] = hardened[k]
+
+
+@ti.func
+def coefficient(xi, J_P, constants: ti.template()):
+    """Coefficient of Eq. 1 at a point: xi, and xi dx / length where it opens (J_P > 1) and a length is set.
+
+    A crack is as wide as a few grid spacings, and over it stress falls as exp(-xi (J_P - 1)): opening it takes an
+    energy in proportion to dx / xi (the crack band of Bazant and Oh 1983).  So scaled, it is the same on every grid.
+    """
+    result = xi
+    if ti.static(constants.softening != 1.0):
+        result = ti.select(J_P > 1.0, constants.softening * xi, xi)
+    return result
 
 
 @ti.func
@@ -162,6 +175,8 @@ def clear(i, j, nodes: ti.template(), constants: ti.template()):
     else:
         nodes.mass[i, j] = 0.0
         nodes.sums[i, j] = 0.0
+    if ti.static(constants.springs):
+        penalty.clear(i, j, nodes, constants)
 
 
 @ti.func
@@ -216,7 +231,10 @@ def sinter(p, particles: ti.template(), constants: ti.template(), dt):
     if ti.static(constants.volume_follows_density):
         particles.volume[p] = particles.volume[p] * rho / new_rho
     particles.factor[p] = elasticity.hardening_factor(
-        particles.hardening[p], particles.J_P[p], constants.hardening_exponent[0], constants.hardening_exponent[1]
+        coefficient(particles.hardening[p], particles.J_P[p], constants),
+        particles.J_P[p],
+        constants.hardening_exponent[0],
+        constants.hardening_exponent[1],
     )
     particles.sintering_work[p] += elastic_energy(p, particles) - energy
 
@@ -236,7 +254,11 @@ def step_4_and_5_node_velocity(i, j, nodes: ti.template(), constants: ti.templat
         pushed = (old_momentum + impulse) / mass
         pushed[1] -= dt * gravity
         damped = pushed * (1.0 / (1.0 + dt * damping))
-        new = contact.node_velocity(damped, nodes.distance[i, j], nodes.normal[i, j], constants)
+        new = damped
+        if ti.static(constants.springs):
+            new = penalty.node_velocity(i, j, damped, mass, nodes, constants)
+        else:
+            new = contact.node_velocity(damped, nodes.distance[i, j], nodes.normal[i, j], constants)
         if ti.static(constants.indents):
             new = indenter.node_velocity(i, j, new, mass, nodes.indenter, constants)
         old = old_momentum / mass
@@ -256,7 +278,7 @@ def step_6_to_9_particle(p, particles: ti.template(), nodes: ti.template(), cons
 
     Returns the particle's speed squared, and 1 if it ended inside the floor, else 0.
     """
-    velocity, gradient, affine = transfer.grid_to_particle(p, particles, nodes, constants)
+    velocity, gradient, affine = transfer.grid_to_particle(p, particles, nodes, constants, dt)
     particles.F_E[p] = particles.F_E[p] + dt * (gradient @ particles.F_E[p])  # step 6; clamped in update_stress
     position = particles.position[p]
     mass, force = particles.mass[p], particles.force[p]
@@ -268,7 +290,7 @@ def step_6_to_9_particle(p, particles: ti.template(), nodes: ti.template(), cons
         particles.sliding_impulse[p] += mass * (velocity - free)
     if contact.near_floor(position, nodes, constants):
         distance, normal = contact.floor_at(position, nodes, constants)
-        if distance <= constants.touch:
+        if ti.static(not constants.springs) and distance <= constants.touch:
             free = velocity
             velocity = contact.slide(free, normal, constants.friction)  # step 8
             particles.sliding_work[p] += 0.5 * mass * (velocity.norm_sqr() - free.norm_sqr())

@@ -110,11 +110,12 @@ def collect(i, j, nodes: ti.template(), constants: ti.template()):
 
 
 @ti.func
-def grid_to_particle(p, particles: ti.template(), nodes: ti.template(), constants: ti.template()):
+def grid_to_particle(p, particles: ti.template(), nodes: ti.template(), constants: ti.template(), dt):
     """Return (velocity, grad v, B) at particle p from the node velocities.
 
     velocity = sum w_i v_i (step 7), or by pic_flip (1 - flip) of that and ``flip`` of the particle's own
-    plus the nodes' change; grad v = sum v_i (grad w_i)^T (for step 6), or by mls B D^-1;
+    plus the nodes' change (where ``pic_rate`` is set: what it keeps in a time, and not in a step);
+    grad v = sum v_i (grad w_i)^T (for step 6), or by mls B D^-1;
     B = sum w_i v_i (x_i - x_p)^T (APIC's affine matrix), zero by pic_flip.
     """
     inverse_dx = 1.0 / constants.dx
@@ -150,7 +151,10 @@ def grid_to_particle(p, particles: ti.template(), nodes: ti.template(), constant
         gradient = affine * (inverse_dx * inverse_dx / constants.inertia)
     if ti.static(constants.transfer == "pic_flip"):
         affine *= 0.0
-        velocity += constants.flip * (particles.velocity[p] - old_velocity)
+        kept = constants.flip
+        if ti.static(constants.pic_rate >= 0.0):
+            kept = 1.0 / (1.0 + dt * constants.pic_rate)
+        velocity += kept * (particles.velocity[p] - old_velocity)
     return velocity, gradient, affine
 
 

@@ -189,8 +189,11 @@ class Reading(Settings):
     plane: Literal["strain", "stress_zz_zero"]
     hardening_exponent: tuple[float, float] = Field(description="bounds of xi (1 - J_P) in Eq. 1 [1]")
     plastic_volume: tuple[float, float] = Field(description="bounds of J_P [1]")
+    softening_length: Annotated[float | None, AddedLater] = Field(
+        None, gt=0, description="grid spacing on which a crack takes the energy that it takes here [cells]; none: any"
+    )
     initial_volume: Literal["grid_density", "sampled"]
-    contact: Literal["legacy", "coulomb"]
+    contact: Literal["legacy", "coulomb", "penalty"]
     friction: float = Field(ge=0, description="Coulomb friction of the floor [1]")
     inside_floor: Literal["moved_out", "left"]
 
@@ -217,7 +220,10 @@ class Solver(Settings):
     """Numerical choices."""
 
     transfer: Literal["apic", "pic_flip", "mls"]
-    flip: float = Field(ge=0, le=1, description="pic_flip: part of the velocity that particles keep [1]")
+    flip: float = Field(ge=0, le=1, description="pic_flip: part of the velocity that particles keep in a step [1]")
+    pic_rate: Annotated[float | None, AddedLater] = Field(
+        None, ge=0, description="pic_flip: in place of flip, rate at which particles lose their own velocity [1/s]"
+    )
     precision: Literal["f64", "f32"]
     device: Literal["cpu", "cuda"]
     summation: Literal["in_order", "fixed_point", "atomic"]
@@ -227,6 +233,12 @@ class Solver(Settings):
         gt=0, le=10_000_000, description="substeps a frame beyond which a run counts as diverged [1]"
     )
     max_bounded: float = Field(ge=0, le=1, description="part of the particles at the lowest J_P, likewise [1]")
+
+    @model_validator(mode="after")
+    def _rate_is_of_pic_flip(self) -> "Solver":
+        if self.pic_rate is not None and self.transfer != "pic_flip":
+            raise ValueError(f"pic_rate is a choice of transfer=pic_flip, and transfer is {self.transfer}")
+        return self
 
     @model_validator(mode="after")
     def _gpu_sums_in_parallel(self) -> "Solver":
@@ -357,6 +369,12 @@ class Case(Settings):
         if frame <= self.loading.press_frames:
             return self.reading.press_damping
         return self.indenter.rest_damping if self.indenter and not self.is_tested(frame) else 0.0
+
+    @property
+    def softening(self) -> float:
+        """Factor on xi where J_P > 1: a crack is as wide as the grid spacing, and opens by (J_P - 1) of it."""
+        length = self.reading.softening_length
+        return self.fidelity.dx / length if length else 1.0
 
     @property
     def dx(self) -> float:

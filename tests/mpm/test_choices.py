@@ -45,6 +45,19 @@ def test_the_parallel_driver_is_the_serial_one(small_run, fixed_point):
     assert float(abs(fixed_point.unclosed_momentum_y).max()) < 1e-10 * float(abs(small_run.momentum_y).max())
 
 
+@pytest.mark.nightly
+def test_springs_of_the_floor_are_summed_alike():
+    """contact=penalty: the same bits on two threads, by the parallel driver what the serial one gives, books closed."""
+    springs = ("reading.contact=penalty", "sintering=none")
+    serial = run(*springs)
+    one, two = (run(*springs, "solver.summation=fixed_point", f"threads={threads}") for threads in (1, 2))
+    assert_same_bits(two, one)
+    assert furthest(one, serial, IMPACT) < 1e-4
+    scale = float(abs(serial.momentum_y).max())
+    assert float(abs(serial.unclosed_momentum_y).max()) < 1e-12 * scale
+    assert unclosed_share(serial) < 0.02
+
+
 def test_atomic_sums_agree_and_cannot_be_called_deterministic(small_run):
     """Two threads in any order: the same to round-off; asked to repeat bits, it refuses and says what can."""
     atomic = run("solver.summation=atomic", "threads=2", "deterministic=false")
@@ -97,6 +110,7 @@ def test_fixed_point_sums_hold_what_the_time_step_allows():
         (["threads=2"], r"threads=2 needs solver.summation=fixed_point"),
         (["solver.device=cuda"], r"a GPU cannot sum in_order"),
         (["solver.transfer=picflip"], r"solver.transfer: should be 'apic', 'pic_flip' or 'mls'"),
+        (["solver.pic_rate=5"], r"pic_rate is a choice of transfer=pic_flip, and transfer is apic"),
         (["solver.flip=1.5"], r"solver.flip: should be less than or equal to 1"),
         (["threads=0"], r"threads: should be greater than or equal to 1"),
     ],

@@ -5,8 +5,10 @@ import os
 import pytest
 import taichi as ti
 
+from snowrepro.composition.compose import compose
 from snowrepro.errors import ConfigError
-from snowrepro.mpm import device, home
+from snowrepro.mpm import device, home, solver
+from snowrepro.run import warn_of_settings_left_out
 
 
 def test_the_device_is_the_one_that_taichi_started(taichi):
@@ -27,3 +29,33 @@ def test_only_settings_that_change_nothing_are_left_to_taichi(monkeypatch):
     home.leave_settings_out()
     assert home.left_out == others
     assert {**harmless, **others}.keys() & os.environ.keys() == harmless.keys()
+
+
+def configuration():
+    """All that Taichi says of how it compiles and what it computes on, but not of what it prints, as text by name."""
+    config = ti.lang.impl.get_runtime().prog.config()
+    names = [name for name in dir(config) if not name.startswith(("_", "print_"))]
+    return {name: str(getattr(config, name)) for name in names}
+
+
+@pytest.mark.parametrize("setting", ["TI_ARCH=vulkan", "TI_OPT_LEVEL=0", "TI_DEBUG=1", "TI_REAL_MATRIX_SCALARIZE=0"])
+def test_what_is_set_while_the_program_runs_moves_nothing(taichi, monkeypatch, setting):
+    """As in a notebook, behind the import: Taichi would read it at its next start."""
+    monkeypatch.setattr(home, "left_out", {})
+    before = configuration()
+    name, value = setting.split("=")
+    monkeypatch.setenv(name, value)
+    solver.start_taichi(compose().case.solver, threads=1)
+    assert configuration() == before
+    assert home.left_out == {name: value}
+
+
+def test_each_set_of_settings_left_out_is_said_once(monkeypatch, caplog):
+    """Again where another comes, and not at each run."""
+    monkeypatch.setattr(home, "left_out", {})
+    for value in ("0", "0", "2"):
+        monkeypatch.setenv("TI_OPT_LEVEL", value)
+        warn_of_settings_left_out()
+    assert [record.getMessage().split(";")[0] for record in caplog.records] == [
+        f"not used: TI_OPT_LEVEL={value}" for value in ("0", "2")
+    ]

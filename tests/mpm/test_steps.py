@@ -72,7 +72,7 @@ def scatter_one_by_one(particles: ti.template(), nodes: ti.template(), numbers: 
 def gather(particles: ti.template(), nodes: ti.template(), numbers: ti.template()):
     ti.loop_config(serialize=True)
     for p in range(particles.count):
-        velocity, gradient, affine = transfer.grid_to_particle(p, particles, nodes, numbers)
+        velocity, gradient, affine = transfer.grid_to_particle(p, particles, nodes, numbers, 0.0)
         particles.velocity[p] = velocity
         particles.tau[p] = gradient
         particles.affine[p] = affine

@@ -12,6 +12,7 @@ from tests.validation.motion import ELASTIC, Motion, over_floor
 
 GRAVITY = 10.0
 COULOMB = [*ELASTIC, "reading.contact=coulomb"]
+FLAT = "floor.outline.points=[[0,0],[200,0],[200,20],[0,20]]"
 
 
 def bowl(radius: float, spline: str = "cubic", inside: str = "moved_out") -> tuple[Motion, float]:
@@ -65,7 +66,7 @@ def test_particles_inside_the_floor_are_counted_and_handled(inside, least, most)
     assert least < max(depths) < most
 
 
-def block_on_incline(degrees: float, friction: float, spline: str) -> tuple[float, float]:
+def block_on_incline(degrees: float, friction: float, spline: str, contact: str = "coulomb") -> tuple[float, float]:
     """Acceleration and final speed down the slope of a stiff block that was let come to rest on it."""
     slope = np.radians(degrees)
     width = 220
@@ -74,7 +75,7 @@ def block_on_incline(degrees: float, friction: float, spline: str) -> tuple[floa
         [
             *COULOMB,
             *(f"floor.outline.points=[[0,0],[{width},0],[0,{rise}]]", f"floor.width={width}"),
-            *(f"reading.friction={friction}", f"solver.spline={spline}"),
+            *(f"reading.friction={friction}", f"solver.spline={spline}", f"reading.contact={contact}"),
             "material.E=1e7",
         ]
     ).case
@@ -96,28 +97,33 @@ def block_on_incline(degrees: float, friction: float, spline: str) -> tuple[floa
 @pytest.mark.slow
 @pytest.mark.parametrize("spline", ["quadratic", "cubic"])
 @pytest.mark.parametrize("friction", [0.0, 0.2, 0.35])
-def test_block_slides_above_the_friction_angle(friction, spline, compare):
+@pytest.mark.parametrize("contact", ["coulomb", "penalty"])
+def test_block_slides_above_the_friction_angle(contact, friction, spline, compare):
     """a = g (sin - mu cos) within 1 % on 20 degrees, whose tangent is 0.364."""
-    acceleration, _ = block_on_incline(20, friction, spline)
+    acceleration, _ = block_on_incline(20, friction, spline, contact)
     slope = np.radians(20)
     theory = GRAVITY * (np.sin(slope) - friction * np.cos(slope))
-    compare(f"incline of 20 degrees, mu = {friction}, {spline}: acceleration", acceleration, theory, rel=0.01)
+    what = f"{contact}, incline of 20 degrees, mu = {friction}, {spline}: acceleration"
+    compare(what, acceleration, theory, rel=0.01)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("spline", ["quadratic", "cubic"])
 @pytest.mark.parametrize("friction", [0.38, 0.5])
-def test_block_sticks_below_the_friction_angle(friction, spline, compare):
+@pytest.mark.parametrize("contact", ["coulomb", "penalty"])
+def test_block_sticks_below_the_friction_angle(contact, friction, spline, compare):
     """No acceleration and no speed to speak of: 1e-4 of g sin, 1e-3 of what it would reach in the time."""
-    acceleration, speed = block_on_incline(20, friction, spline)
+    acceleration, speed = block_on_incline(20, friction, spline, contact)
     pull = GRAVITY * np.sin(np.radians(20))
-    compare(f"incline of 20 degrees, mu = {friction}, {spline}: acceleration", acceleration, 0, abs=1e-3 * pull)
+    what = f"{contact}, incline of 20 degrees, mu = {friction}, {spline}: acceleration"
+    compare(what, acceleration, 0, abs=1e-3 * pull)
     assert abs(speed) < 1e-3 * pull * 2.0
 
 
-def test_snow_separates_from_the_floor(taichi):
+@pytest.mark.parametrize("contact", ["coulomb", "penalty"])
+def test_snow_separates_from_the_floor(taichi, contact):
     """A floor under snow that flies up takes no momentum from it."""
-    case = compose([*COULOMB, "reading.friction=1", "fidelity=preview"]).case
+    case = compose([*COULOMB, "reading.friction=1", f"reading.contact={contact}", "fidelity=preview"]).case
     places = np.stack(np.meshgrid(np.arange(90.5, 110, 1), np.arange(12.8, 22, 1)), axis=-1).reshape(-1, 2)
     motion = Motion(case, over_floor(case, places, 1.0, 100.0))
     motion.particles.write("velocity", np.tile([3.0, 30.0], (len(places), 1)))
@@ -125,7 +131,29 @@ def test_snow_separates_from_the_floor(taichi):
     np.testing.assert_allclose(motion.mean("velocity"), [3.0, 30.0 - 10 * GRAVITY * 0.02], rtol=1e-9)
 
 
-@pytest.mark.parametrize("contact", ["legacy", pytest.param("coulomb", marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("friction", [0.0, 0.2])
+def test_a_grain_on_springs_slides_on(friction, compare):
+    """A grain that comes down at 30 degrees does not bounce; it loses mu times the momentum that the floor stopped.
+
+    It comes to rest with its surface on the floor, half a spacing below its centre.
+    """
+    case = compose([*ELASTIC, "reading.contact=penalty", f"reading.friction={friction}", FLAT, "fidelity=preview"]).case
+    motion = Motion(case, over_floor(case, np.array([[150.0, 23.0]]), 1.0, 100.0))
+    motion.particles.write("velocity", np.array([[-17.0, -10.0]]))
+    heights = []
+    for _ in range(100):
+        motion.advance(gravity=GRAVITY)
+        heights.append(motion.mean("position")[1] - 20.0)
+    landed = next(i for i, height in enumerate(heights) if height < motion.constants.reach)
+    assert motion.constants.reach / 2 < min(heights[landed:])
+    assert max(heights[landed:]) < motion.constants.reach + 0.01
+    left = 17.0 - friction * (10.0 + GRAVITY * 100 * case.loading.frame_time)
+    compare(f"grain behind an impact, mu = {friction}: speed", -motion.mean("velocity")[0], left, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    "contact", ["legacy", *(pytest.param(name, marks=pytest.mark.nightly) for name in ("coulomb", "penalty"))]
+)
 def test_a_mirrored_scene_gives_the_mirrored_run(contact):
     """Ball on a lopsided floor, left and right swapped: the same to round-off up to and past the impact."""
     small = ["fidelity=preview", "loading.press_frames=4", "loading.frames=26", f"reading.contact={contact}"]

@@ -20,6 +20,7 @@ from snowrepro.store.run import CHECKPOINT, Run, open_run
 from tests.conftest import SMALL
 
 LONG = ["fidelity=preview", "pressure=3000", "loading.frames=320", "reading.drop_height=20", "checkpoint_seconds=0"]
+SPRINGS = ("reading.contact=penalty", "reading.friction=0.3", "solver.transfer=pic_flip")
 WITH_STATE = ("reading.density_changes=moduli_and_volume", "reading.cadence=substep", "reading.release=rest")
 EVERY_STAGE = (0, 7, 20, 21, 48, 59)  # frames
 
@@ -35,6 +36,7 @@ def assert_same_bits(one: xr.Dataset, other: xr.Dataset) -> None:
     ("reading", "frames"),
     [
         (WITH_STATE, (7, 20, 48)),
+        (SPRINGS, (50,)),
         pytest.param(WITH_STATE, EVERY_STAGE, marks=pytest.mark.nightly),
         pytest.param((), EVERY_STAGE, marks=pytest.mark.nightly),
     ],
