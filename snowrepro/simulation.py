@@ -10,7 +10,7 @@ import xarray as xr
 from . import units
 from .analysis.clusters import FRAMES, MEMBER, POSITION, Clusters, group_particles, locate_clusters, make_clusters
 from .mpm import diagnostics, ledger, solver
-from .mpm.state import PARTICLE_STATE
+from .mpm.state import list_quantities
 from .scene.build import build_scene
 from .settings.case import MODEL_VERSION, Case
 
@@ -25,9 +25,7 @@ class Record:
 
     rows: list[dict[str, float]] = field(default_factory=list)
     numbers: list[int] = field(default_factory=list)  # of the stored frames
-    stored: dict[str, list[np.ndarray]] = field(
-        default_factory=lambda: {q.name: [] for q in PARTICLE_STATE if q.stored}
-    )
+    stored: dict[str, list[np.ndarray]] = field(default_factory=dict)
     constants: dict[str, np.ndarray] = field(default_factory=dict)  # as they were at the start
     clusters: Clusters | None = None
     track: list[np.ndarray] = field(default_factory=list)
@@ -39,8 +37,8 @@ class Record:
         self.rows.append(diagnostics.measure(frame, case, self.rows[-1] if self.rows else None))
         if case.is_stored(frame.number):
             self.numbers.append(frame.number)
-            for name, values in self.stored.items():
-                values.append(frame.read(name).astype(np.float32))
+            for name in (quantity.name for quantity in frame.particles.quantities if quantity.stored):
+                self.stored.setdefault(name, []).append(frame.read(name).astype(np.float32))
         if frame.number >= case.loading.press_frames:
             self._follow(frame.read("position").astype(np.float32), case)
 
@@ -123,7 +121,7 @@ def _describe(case: Case, record: Record) -> xr.Dataset:
     def attrs(long_name: str, powers: str) -> dict[str, str]:
         return {"long_name": long_name, "units": units.text(powers, case.reading.length_unit)}
 
-    table = {q.name: q for q in PARTICLE_STATE}
+    table = {quantity.name: quantity for quantity in list_quantities(case)}
     frame_time = case.loading.frame_time
     coords = {
         "frame": ("frame", np.arange(len(rows), dtype=np.int32), attrs("frame number", "1")),
