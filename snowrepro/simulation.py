@@ -13,6 +13,7 @@ from .mpm import diagnostics, ledger, solver
 from .mpm.state import list_quantities
 from .scene.build import build_scene
 from .settings.case import MODEL_VERSION, Case
+from .settings.laws import Stomakhin
 
 
 @dataclass
@@ -160,6 +161,8 @@ def _describe(case: Case, record: Record) -> xr.Dataset:
         "comment": "Lengths are in the unit 'length_unit'; grid_spacing is one cell of this run's grid; "
         "cell one of the paper's; cell_mass the mass of unpressed snow in one of these.",
     }
+    if case.material.law != Stomakhin():
+        dataset.attrs["title"] += f", material {case.material.law.name}"
     if case.indenter:
         dataset.attrs["title"] += ", indented at release"
         dataset.attrs["comment"] += " floor_work is of floor, vice and indenter together."

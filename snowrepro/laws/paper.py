@@ -30,10 +30,19 @@ class PaperSintering:
         rho_r = sintering.relative_density(rho, self.rho_max)
         grown_rho = sintering.density(rho, sigma_m, rho_r, b_norm, time_step, self.C1, self.C2)
         new_rho = ti.min(grown_rho, self.rho_max)
+        E, nu = self.moduli(rho_r)
+        return new_rho, E, nu, self.hardened(xi, sigma_m, b_norm, weight)
+
+    @ti.func
+    def moduli(self, rho_r):
+        """Eq. 7: (E, nu) of a relative density."""
         E = sintering.youngs_modulus(rho_r, self.E_max, self.C3)
-        nu = ti.min(sintering.poissons_ratio(rho_r, self.nu_max), self.poisson_cap)
-        new_xi = sintering.hardening_coefficient(xi, sigma_m, b_norm, weight, self.C4, self.C5)
-        return new_rho, E, nu, new_xi
+        return E, ti.min(sintering.poissons_ratio(rho_r, self.nu_max), self.poisson_cap)
+
+    @ti.func
+    def hardened(self, xi, sigma_m, b_norm, weight):
+        """Eq. 9: xi after one update."""
+        return sintering.hardening_coefficient(xi, sigma_m, b_norm, weight, self.C4, self.C5)
 
 
 def make_paper_sintering(case: Case) -> PaperSintering:
