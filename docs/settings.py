@@ -55,17 +55,22 @@ def fields_of_all() -> dict[str, FieldInfo]:
 def names(fields: Mapping[str, FieldInfo] | None = None, under: str = "") -> Iterator[str]:
     """Every setting with its full name; those of each member of a list under ``name[]``."""
     for name, field in (fields_of_all() if fields is None else fields).items():
-        section = section_of(field)
-        if section is None:
+        sections = _sections_of(field)
+        if not sections:
             yield f"{under}{name}"
-        else:
+        for section in sections:
             yield from names(section.model_fields, f"{under}{name}{'[]' if _is_list(field) else ''}.")
 
 
 def section_of(field: FieldInfo) -> type[BaseModel] | None:
     """The class of the settings that a field holds, one or a list of them; None if it is a setting itself."""
-    found = [kind for kind in _kinds(field.annotation) if isinstance(kind, type) and issubclass(kind, BaseModel)]
+    found = _sections_of(field)
     return found[0] if found else None
+
+
+def _sections_of(field: FieldInfo) -> list[type[BaseModel]]:
+    """The classes of settings that a field may hold: several where it is a choice of laws."""
+    return [kind for kind in _kinds(field.annotation) if isinstance(kind, type) and issubclass(kind, BaseModel)]
 
 
 def comments(file: str) -> dict[str, str]:
@@ -135,8 +140,23 @@ def _rows(under: str, section: type[BaseModel], values: Any, why: Mapping[str, s
             yield _row(key, field, value, why.get(key, ""))
         elif _is_list(field):
             yield from _rows(f"{key}[]", inner, {}, why)
+        elif len(_sections_of(field)) > 1:
+            yield from _rows_of_laws(key, under, _sections_of(field))
         else:
             yield from _rows(key, inner, value, why)
+
+
+def _rows_of_laws(key: str, group: str, laws: Sequence[type[BaseModel]]) -> Iterator[str]:
+    """The settings of every law that may be chosen, with the values and reasons of the option of its name."""
+    for law in laws:
+        name = get_args(law.model_fields["name"].annotation)[0]
+        yield f"| **`{key}.name={name}`** | | | {plain(_first_paragraph(law)).rstrip('.')} |"
+        if (CONF_DIR / group / f"{name}.yaml").exists() and len(law.model_fields) > 1:
+            values = compose([f"{group}={name}"]).settings()[group]["law"]
+            why = comments(f"{group}/{name}")
+            fields = {field: info for field, info in law.model_fields.items() if field != "name"}
+            for field, info in fields.items():
+                yield _row(f"{key}.{field}", info, values[field], why.get(f"law.{field}", ""))
 
 
 def _row(key: str, field: FieldInfo, value: Any, why: str) -> str:

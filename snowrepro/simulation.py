@@ -11,9 +11,10 @@ from . import units
 from .analysis.clusters import FRAMES, MEMBER, POSITION, Clusters, group_particles, locate_clusters, make_clusters
 from .analysis.rest import is_at_rest
 from .mpm import diagnostics, ledger, solver
-from .mpm.state import PARTICLE_STATE
+from .mpm.state import list_quantities
 from .scene.build import build_scene
 from .settings.case import MODEL_VERSION, Case
+from .settings.laws import Stomakhin
 
 
 @dataclass
@@ -26,9 +27,7 @@ class Record:
 
     rows: list[dict[str, float]] = field(default_factory=list)
     numbers: list[int] = field(default_factory=list)  # of the stored frames
-    stored: dict[str, list[np.ndarray]] = field(
-        default_factory=lambda: {q.name: [] for q in PARTICLE_STATE if q.stored}
-    )
+    stored: dict[str, list[np.ndarray]] = field(default_factory=dict)
     constants: dict[str, np.ndarray] = field(default_factory=dict)  # as they were at the start
     clusters: Clusters | None = None
     track: list[np.ndarray] = field(default_factory=list)
@@ -44,8 +43,8 @@ class Record:
         self.is_ended = self.find_end(case)
         if case.is_stored(frame.number) or self.is_ended:
             self.numbers.append(frame.number)
-            for name, values in self.stored.items():
-                values.append(frame.read(name).astype(np.float32))
+            for name in (quantity.name for quantity in frame.particles.quantities if quantity.stored):
+                self.stored.setdefault(name, []).append(frame.read(name).astype(np.float32))
 
     def _follow(self, positions: np.ndarray, case: Case) -> None:
         """Find the clusters in a frame since the release; in that of the release the particles are grouped."""
@@ -144,7 +143,7 @@ def _describe(case: Case, record: Record) -> xr.Dataset:
     def attrs(long_name: str, powers: str) -> dict[str, str]:
         return {"long_name": long_name, "units": units.text(powers, case.reading.length_unit)}
 
-    table = {q.name: q for q in PARTICLE_STATE}
+    table = {quantity.name: quantity for quantity in list_quantities(case)}
     frame_time = case.loading.frame_time
     coords = {
         "frame": ("frame", np.arange(len(rows), dtype=np.int32), attrs("frame number", "1")),
@@ -183,6 +182,8 @@ def _describe(case: Case, record: Record) -> xr.Dataset:
         "comment": "Lengths are in the unit 'length_unit'; grid_spacing is one cell of this run's grid; "
         "cell one of the paper's; cell_mass the mass of unpressed snow in one of these.",
     }
+    if case.material.law != Stomakhin():
+        dataset.attrs["title"] += f", material {case.material.law.name}"
     if case.indenter:
         dataset.attrs["title"] += ", indented at release"
         dataset.attrs["comment"] += " floor_work is of floor, vice and indenter together."

@@ -12,7 +12,7 @@ import snowrepro
 PACKAGE = Path(snowrepro.__file__).parent
 ROOMS = (
     "errors", "units", "quantities", "sources", "version", "text", "markup", "progress", "foreign", "settings",
-    "composition", "analysis", "physics", "scene", "mpm", "reference",
+    "composition", "analysis", "physics", "scene", "laws", "mpm", "reference",
     "simulation", "store", "summary", "run", "sweep", "evidence", "report", "notebook", "checks",
     "cli",
 )  # fmt: skip

@@ -332,8 +332,8 @@ class NumbaSolver:
         state = {**start.particles, "tau": np.zeros((count, 3))}
         self.particles = Particles(*(state[name].copy() for name in Particles._fields))
         self.nodes = Nodes(np.zeros((*size, 3)), np.zeros((*size, 2)), start.distance, start.normal)
-        stretches = (constants.lowest_stretch, constants.highest_stretch)
-        bounds = (*stretches, *constants.hardening_exponent, *constants.plastic_volume)
+        law = constants.material
+        bounds = (law.lowest_stretch, law.highest_stretch, *law.hardening_exponent, *law.plastic_volume)
         self.constants = Constants(
             constants.dx, constants.inertia, constants.cfl, constants.frame_time, *bounds, constants.friction
         )

@@ -298,9 +298,9 @@ class WarpSolver:
         self.sums = wp.zeros(self.size, dtype=vec3, device="cpu")
         self.node_velocity = wp.zeros(self.size, dtype=vec2, device="cpu")
         self.bounds = (
-            vec2(self.constants.lowest_stretch, self.constants.highest_stretch),
-            vec2(*self.constants.hardening_exponent),
-            vec2(*self.constants.plastic_volume),
+            vec2(self.constants.material.lowest_stretch, self.constants.material.highest_stretch),
+            vec2(*self.constants.material.hardening_exponent),
+            vec2(*self.constants.material.plastic_volume),
         )
 
     def _launch(self, kernel: wp.Kernel, dim, names: str, *rest) -> None:

@@ -6,7 +6,6 @@ import numpy as np
 
 from ..composition.compose import compose
 from ..mpm import solver
-from ..mpm.state import PARTICLE_STATE
 from ..scene.build import Scene, build_scene
 from ..settings.case import Case
 from ..settings.config import Config
@@ -95,7 +94,7 @@ def simulate_to_end(
 
 def read_state(frame: solver.Frame) -> State:
     """Read every quantity of every particle from a frame, in the solver's order."""
-    return {quantity.name: frame.read(quantity.name) for quantity in PARTICLE_STATE}
+    return {quantity.name: frame.read(quantity.name) for quantity in frame.particles.quantities}
 
 
 def order_by_start(scene: Scene) -> np.ndarray:

@@ -21,7 +21,10 @@ DRAWING = ("kind", "path", "fill_rule", "file", "region", "width")  # keys of an
 def explain(item: Mapping[str, Any]) -> str:
     """One pydantic error as 'key: what is wrong (got value)'."""
     keys = item["loc"][item["loc"][:1] in [(part,) for part in PARTS] :]  # users know nothing of the parts
-    where = ".".join(map(str, keys))
+    # A law's own keys stand behind the name of the law.
+    where = ".".join(
+        str(key) for before, key in zip(("", *keys), keys, strict=False) if before != "law" or key == "name"
+    )
     if item["type"] == "extra_forbidden":
         return _no_such_key(where)
     message = re.sub(r"^Value error, |^Input ", "", item["msg"])
@@ -77,10 +80,11 @@ def list_causes(error: BaseException | None) -> list[BaseException]:
     return causes
 
 
-def _section(annotation: Any) -> type[BaseModel] | None:
-    """The section that a field holds, also where it may be left out; None if it holds a value."""
+def _fields_of(annotation: Any) -> dict[str, FieldInfo]:
+    """The fields of the section that a field holds, of all that it may be; none if it holds a value."""
     kinds = get_args(annotation) or (annotation,)
-    return next((kind for kind in kinds if isinstance(kind, type) and issubclass(kind, BaseModel)), None)
+    sections = [kind for kind in kinds if isinstance(kind, type) and issubclass(kind, BaseModel)]
+    return {name: field for section in sections for name, field in section.model_fields.items()}
 
 
 def _find_same(word: str) -> list[str]:
@@ -102,9 +106,8 @@ def _list_keys() -> list[str]:
         """The keys of a section, which is called ``under``."""
         for name, field in fields.items():
             yield f"{under}{name}"
-            inner = None if get_origin(field.annotation) is tuple else _section(field.annotation)
-            if inner:
-                yield from walk(inner.model_fields, f"{under}{name}.")
+            if get_origin(field.annotation) is not tuple:
+                yield from walk(_fields_of(field.annotation), f"{under}{name}.")
 
     return [key for part in PARTS.values() for key in walk(part.model_fields, "")]
 
@@ -115,11 +118,11 @@ def _no_such_key(key: str) -> str:
     *parents, last = key.split(".")
     place = "".join(f"{parent}." for parent in parents)  # the group in front, as it is to be written
     for number, parent in enumerate(parents):
-        inner = _section(fields[parent].annotation) if parent in fields else None
-        if inner is None:
+        inner = _fields_of(fields[parent].annotation) if parent in fields else {}
+        if not inner:
             last, place = parent, "".join(f"{known}." for known in parents[:number])
             break
-        fields = inner.model_fields
+        fields = inner
     names = sorted({*fields, *(DRAWING if "points" in fields else ())})
     if last in names:
         return f"'{key}' is not set by the options chosen; to set it, write +{key}=..."

@@ -16,7 +16,7 @@ def fill_totals(particles: ti.template(), nodes: ti.template(), ledger: ti.templ
         totals = ti.Vector.zero(ti.f64, ti.static(len(TOTALS)))  # keeps the digits of f64 in runs of either precision
         for p in range(particles.count):
             totals[KINETIC] += steps.kinetic_energy(p, particles, constants)
-            totals[ELASTIC] += steps.elastic_energy(p, particles)
+            totals[ELASTIC] += steps.elastic_energy(p, particles, constants)
             add_accounts(totals, p, particles.books)
         for i, j in ti.ndrange(nodes.size[0], nodes.size[1]):
             add_accounts(totals, ti.Vector([i, j]), nodes.books)

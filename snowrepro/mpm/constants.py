@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from ..physics.maxima import maximum_moduli
+from ..laws.choose import MaterialLaw, SinteringLaw, make_material, make_sintering
 from ..settings.case import Case
 from .splines import INERTIA, NODES
 
@@ -12,7 +12,7 @@ TOUCH = {"f64": 1e-9, "f32": 1e-4}  # grid spacings
 
 @dataclass(frozen=True)
 class Constants:
-    """Numbers of Table 1 and switches of the reading; hashable, so that a kernel can be compiled for it.
+    """Numbers, switches of the reading and the laws; hashable, so that a kernel can be compiled for it.
 
     Stresses are in the unit of E, lengths in the reading's unit, times in seconds.
     """
@@ -31,22 +31,8 @@ class Constants:
     max_substeps: int
     frame_time: float
 
-    lowest_stretch: float  # 1 - theta_c
-    highest_stretch: float  # 1 + theta_s
-    hardening_exponent: tuple[float, float]
-    softening: float  # factor on xi where J_P > 1
-    plastic_volume: tuple[float, float]
-
-    rho: float  # initial density
-    rho_max: float
-    E_max: float
-    nu_max: float
-    poisson_cap: float
-    C1: float
-    C2: float
-    C3: float
-    C4: float
-    C5: float
+    material: MaterialLaw
+    sintering: SinteringLaw
     force_weight: float  # turns an acceleration into the |b| of Eqs. 2 and 9
     every_substep: bool
     hardening_per_time: bool
@@ -65,14 +51,7 @@ class Constants:
 
 def make_constants(case: Case) -> Constants:
     """The constants of one run."""
-    material, sintering, reading, solver = case.material, case.sintering, case.reading, case.solver
-    E_max, nu_max = maximum_moduli(
-        material.E,
-        material.nu,
-        material.rho / sintering.rho_max,
-        sintering.C3,
-        as_printed=reading.poisson_denominator == "as_printed",
-    )
+    material, reading, solver = case.material, case.reading, case.solver
     # A particle faster than this needs more substeps than are allowed, which ends the run before a sum overflows.
     fastest = solver.cfl * case.dx * solver.max_substeps / case.loading.frame_time
     particle_mass = material.rho * case.dx**2 / case.fidelity.particles_per_cell
@@ -91,21 +70,8 @@ def make_constants(case: Case) -> Constants:
         cfl=solver.cfl,
         max_substeps=solver.max_substeps,
         frame_time=case.loading.frame_time,
-        lowest_stretch=1.0 - material.theta_c,
-        highest_stretch=1.0 + material.theta_s,
-        hardening_exponent=reading.hardening_exponent,
-        softening=case.softening,
-        plastic_volume=reading.plastic_volume,
-        rho=material.rho,
-        rho_max=sintering.rho_max,
-        E_max=E_max,
-        nu_max=nu_max,
-        poisson_cap=reading.poisson_cap,
-        C1=sintering.C1,
-        C2=sintering.C2,
-        C3=sintering.C3,
-        C4=sintering.C4,
-        C5=sintering.C5,
+        material=make_material(case),
+        sintering=make_sintering(case),
         force_weight=material.mass if reading.external_force == "per_particle" else 1.0,
         every_substep=reading.cadence == "substep",
         hardening_per_time=reading.hardening_growth == "per_time",

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..analysis.hardness import measure_height
 from ..settings.case import Case
+from ..settings.laws import Stomakhin
 from .ledger import CAUSES, ENERGIES, WORKS, meaning
 from .solver import Frame
 
@@ -30,7 +31,10 @@ def _describe_end(frame: Frame, case: Case) -> dict[str, float]:
     mass, velocity, position = frame.read("mass"), frame.read("velocity"), frame.read("position")
     xi, J_P, poisson, density = frame.read("hardening"), frame.read("J_P"), frame.read("poisson"), frame.read("density")
     low, high = reading.hardening_exponent
-    exponent = xi * (1.0 - J_P) * np.where(J_P > 1.0, case.softening, 1.0)
+    softened = xi * np.where(J_P > 1.0, case.softening, 1.0)
+    exponent = (
+        softened * (1.0 - J_P) if isinstance(case.material.law, Stomakhin) else np.zeros_like(xi)
+    )  # Eq. 1 is its own
     gravity = case.gravity_in(frame.number)
     momentum = mass @ velocity
     row = {

@@ -146,7 +146,7 @@ MEANING = {
     "unclosed_momentum_x": ("horizontal momentum that no cause explains", MOMENTUM),
     "unclosed_momentum_y": ("vertical momentum that no cause explains", MOMENTUM),
     "kinetic_energy": ("kinetic energy of the particles, their affine motion included", ENERGY),
-    "elastic_energy": ("fixed corotated energy of F_E", ENERGY),
+    "elastic_energy": ("elastic energy of F_E", ENERGY),
     **{cause.name: (cause.long_name, ENERGY) for cause in CAUSES},
     "unclosed_energy": ("energy that no cause explains: the error of stepping in time, in the frame", ENERGY),
     "gravitational_energy": ("potential energy above y = 0 under the gravity of the frame", ENERGY),

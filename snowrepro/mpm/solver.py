@@ -37,12 +37,12 @@ class Frame:
     test: "Indentation | None" = None
 
     def read(self, name: str) -> np.ndarray:
-        """A copy of one quantity of PARTICLE_STATE, shape (n, *shape)."""
+        """A copy of one quantity of the particles, shape (n, *shape)."""
         return self.particles.read(name)
 
     def checkpoint(self) -> dict[str, np.ndarray]:
         """All that the next frames depend on, for ``frames`` to go on from."""
-        whole = {quantity.name: self.read(quantity.name) for quantity in state.PARTICLE_STATE}
+        whole = {quantity.name: self.read(quantity.name) for quantity in self.particles.quantities}
         place = self.test.place if self.test else None
         test = {"test_place": np.array([place.x, place.touch, place.vice])} if place else {}
         return {**whole, **test, "frame": np.array(self.number), "top_speed2": np.array(self.top_speed2)}
@@ -157,7 +157,8 @@ def _test_at(
 
 def allocate(case: Case, scene: Scene, constants: Constants) -> tuple[state.Particles, state.Nodes, state.Ledger]:
     """Particles and nodes of the scene at frame 0, undeformed and at rest."""
-    particles = state.Particles(len(scene.positions), in_blocks=constants.summation == "in_order")
+    in_blocks = constants.summation == "in_order"
+    particles = state.Particles(len(scene.positions), constants.material.STATE, in_blocks)
     particles.start(scene, case.material)
     nodes = state.Nodes(scene.node_distance, scene.node_normal, constants.summation == "fixed_point")
     ledger = state.Ledger()

@@ -1,8 +1,11 @@
-"""The state of a run: one table names every particle quantity, its unit, first value and whether it is stored."""
+"""The state of a run: one table names every particle quantity, its unit, first value and whether it is stored.
+
+A material law adds the quantities that it declares itself: ``list_quantities``.
+"""
 
 import itertools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -10,8 +13,10 @@ import numpy as np
 import taichi as ti
 from taichi.lang.util import to_numpy_type
 
+from ..laws.choose import make_material
+from ..laws.quantity import Quantity
 from ..scene.build import Scene
-from ..settings.case import Material
+from ..settings.case import Case, Material
 from .copies import Columns, copy_in, copy_out
 from .indenter import Indenter
 from .ledger import NODE, PARTICLE, TOTALS, accounts_of
@@ -19,27 +24,6 @@ from .splines import MOST_NODES
 
 LANES = 8  # particles that the straight-line laws handle at once; arrays are padded to a multiple
 BLOCK = 32  # particles whose shares are worked out before they are added to the grid
-
-
-def _zero(scene: Scene, material: Material) -> float:
-    return 0.0
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """One particle quantity.
-
-    ``shape``: () scalar, (2,) vector, (2, 2) matrix.  ``unit``: in powers of length L, mass M and
-    time T, as ``units.text`` writes it.  ``first``: its value at the start, one for all particles or one
-    each.  ``stored``: kept in each snapshot of a run.
-    """
-
-    name: str
-    shape: tuple[int, ...]
-    long_name: str
-    unit: str
-    first: Callable[[Scene, Material], float | np.ndarray] = _zero
-    stored: bool = False
 
 
 PARTICLE_STATE = (
@@ -66,10 +50,11 @@ PARTICLE_STATE = (
 )
 
 SHAPES = {quantity.name: quantity.shape for quantity in PARTICLE_STATE}
-# The columns of each quantity, the first and that behind the last, where all stand side by side.
-PLACES = dict(
-    zip(SHAPES, itertools.pairwise(itertools.accumulate(map(math.prod, SHAPES.values()), initial=0)), strict=True)
-)
+
+
+def list_quantities(case: Case) -> tuple[Quantity, ...]:
+    """All quantities of a case's particles: those of every run, and what its material law keeps."""
+    return (*PARTICLE_STATE, *make_material(case).STATE)
 
 
 def _field(shape: tuple[int, ...], size: int | tuple[int, ...], kind: Any = float) -> ti.Field:
@@ -119,8 +104,9 @@ class Shares:
 
 @ti.data_oriented
 class Particles:
-    """The fields of PARTICLE_STATE as attributes; ``count`` particles, padded to whole lanes.
+    """The fields of PARTICLE_STATE and of a law's ``own`` quantities as attributes.
 
+    ``count`` particles, padded to whole lanes.  ``history``: the fields that a material law changes, J_P first;
     ``books``: of what each cause gave in the frame; ``shares``: of a block of particles, or of all of them.
     """
 
@@ -129,40 +115,46 @@ class Particles:
         def __getattr__(self, name: str) -> Any:
             """Return the field of a quantity."""
 
-    def __init__(self, count: int, in_blocks: bool = True) -> None:
+    def __init__(self, count: int, own: tuple[Quantity, ...] = (), in_blocks: bool = True) -> None:
         self.count = count
         self.lane_groups = -(-count // LANES)
         self.blocks = -(-count // BLOCK)
         self.slots = self.lane_groups * LANES
-        for quantity in PARTICLE_STATE:
+        self.quantities = (*PARTICLE_STATE, *own)
+        for quantity in self.quantities:
             setattr(self, quantity.name, _field(quantity.shape, self.slots))
-        self.columns = tuple(Columns(getattr(self, q.name), q.shape, *PLACES[q.name]) for q in PARTICLE_STATE)
+        self.shapes = {quantity.name: quantity.shape for quantity in self.quantities}
+        # The columns of each quantity, the first and that behind the last, where all stand side by side.
+        ends = itertools.accumulate(map(math.prod, self.shapes.values()), initial=0)
+        self.places = dict(zip(self.shapes, itertools.pairwise(ends), strict=True))
+        self.columns = tuple(Columns(getattr(self, q.name), q.shape, *self.places[q.name]) for q in self.quantities)
+        self.history = tuple(getattr(self, name) for name in ("J_P", *(quantity.name for quantity in own)))
         self.books = _books(self, PARTICLE)
         self.shares = Shares(BLOCK if in_blocks else count)
         self.gathered = ti.Matrix.field(5, 2, float, shape=self.slots)  # see grid_to_particle
 
     def read(self, name: str) -> np.ndarray:
         """A copy of one quantity as f64, shape (count, *shape)."""
-        first, last = PLACES[name]
+        first, last = self.places[name]
         values = np.empty((self.count, last - first))
         copy_out(self, values, first, last)
-        return values.reshape(self.count, *SHAPES[name])
+        return values.reshape(self.count, *self.shapes[name])
 
     def write(self, name: str, values: np.ndarray) -> None:
         """Set one quantity for all particles; the padding repeats the last one."""
         flat = np.ascontiguousarray(np.asarray(values, dtype=float).reshape(self.count, -1))
-        copy_in(self, flat, *PLACES[name])
+        copy_in(self, flat, *self.places[name])
 
     def write_all(self, values: Mapping[str, np.ndarray]) -> None:
         """Set every quantity, as ``write`` does."""
-        flat = [np.asarray(values[name], dtype=float).reshape(self.count, -1) for name in PLACES]
+        flat = [np.asarray(values[name], dtype=float).reshape(self.count, -1) for name in self.places]
         table = np.ascontiguousarray(np.concatenate(flat, axis=1))
         copy_in(self, table, 0, table.shape[1])
 
     def start(self, scene: Scene, material: Material) -> None:
         """Give each quantity its first value: undeformed and at rest."""
         self.write_all(
-            {q.name: np.broadcast_to(q.first(scene, material), (self.count, *q.shape)) for q in PARTICLE_STATE}
+            {q.name: np.broadcast_to(q.first(scene, material), (self.count, *q.shape)) for q in self.quantities}
         )
 
 

@@ -5,7 +5,7 @@
 
 import taichi as ti
 
-from ..physics import elasticity, plasticity, sintering
+from ..physics import elasticity
 from . import contact, indenter, penalty, transfer
 from .state import LANES, RUNNING, TOO_MANY_SUBSTEPS, UNSOUND_PARTICLE
 
@@ -51,7 +51,7 @@ def goes_on(ledger: ti.template()):
 
 @ti.func
 def update_stress(group, particles: ti.template(), constants: ti.template()):
-    """Clamp the trial F_E that step 6 left, harden (Eq. 1), and store the stress that step 3 needs.
+    """Return the trial F_E that step 6 left to the yield surface, harden, and store the stress that step 3 needs.
 
     Straight-line arithmetic over LANES particles into local arrays, which the compiler vectorises; writing
     the fields in these loops would prevent it.  The factor has one of its own: its long chain of products
@@ -65,30 +65,29 @@ def update_stress(group, particles: ti.template(), constants: ti.template()):
         p = group * LANES + k
         trial = particles.F_E[p]
         R = elasticity.polar_rotation(trial)
-        F_E, ratio = plasticity.clamp_stretches(trial, R, constants.lowest_stretch, constants.highest_stretch)
+        mu, lam, xi = particles.mu[p], particles.lam[p], particles.hardening[p]
+        F_E, state = constants.material.relax(trial, R, read_state(p, particles), mu, lam, xi)
         F00[k], F01[k], F10[k], F11[k] = F_E[0, 0], F_E[0, 1], F_E[1, 0], F_E[1, 1]
         cos[k], sin[k] = R[0, 0], R[1, 0]
         positive[k] = ti.select(trial.determinant() > 0.0, 1.0, -1.0)
-        J_P[k] = elasticity.clamp(particles.J_P[p] * ratio, constants.plastic_volume[0], constants.plastic_volume[1])
+        J_P[k] = state[0]
+        for s in ti.static(range(1, len(particles.history))):
+            particles.history[s][p] = state[s]
     for k in range(LANES):
-        factor[k] = elasticity.hardening_factor(
-            coefficient(particles.hardening[group * LANES + k], J_P[k], constants),
-            J_P[k],
-            constants.hardening_exponent[0],
-            constants.hardening_exponent[1],
-        )
+        factor[k] = constants.material.factor(J_P[k], particles.hardening[group * LANES + k])
     for k in range(LANES):
         p = group * LANES + k
         F_E = ti.Matrix([[F00[k], F01[k]], [F10[k], F11[k]]])
         R = ti.Matrix([[cos[k], -sin[k]], [sin[k], cos[k]]])
         mu, lam = factor[k] * particles.mu[p], factor[k] * particles.lam[p]
-        tau = elasticity.kirchhoff_stress(F_E, R, mu, lam)
+        tau = constants.material.stress(F_E, R, mu, lam)
+        stiffness = constants.material.stiffness(F_E, tau, mu, lam)
         tau_xx[k], tau_xy[k], tau_yy[k] = tau[0, 0], tau[0, 1], tau[1, 1]
-        wave_speed2[k] = ti.select(positive[k] > 0.0, (lam + 2.0 * mu) * particles.volume[p] / particles.mass[p], -1.0)
+        wave_speed2[k] = ti.select(positive[k] > 0.0, stiffness * particles.volume[p] / particles.mass[p], -1.0)
         # Flow: stress on the yield surface times the plastic strain, under the mean factor.  Hardening: what it lifts.
-        energy = elasticity.energy_density(F_E, R, particles.mu[p], particles.lam[p])
+        energy = constants.material.energy(F_E, R, particles.mu[p], particles.lam[p])
         mean = 0.5 * (particles.factor[p] + factor[k])
-        flow = elasticity.work_of_strain(F_E, R, particles.F_E[p] - F_E, particles.mu[p], particles.lam[p])
+        flow = constants.material.flow_work(F_E, particles.F_E[p], R, particles.mu[p], particles.lam[p])
         plastic[k] = particles.plastic_work[p] - mean * flow * particles.volume[p]
         hardened[k] = particles.hardening_work[p] + (factor[k] - particles.factor[p]) * energy * particles.volume[p]
     for k in range(LANES):
@@ -103,16 +102,12 @@ def update_stress(group, particles: ti.template(), constants: ti.template()):
 
 
 @ti.func
-def coefficient(xi, J_P, constants: ti.template()):
-    """Coefficient of Eq. 1 at a point: xi, and xi dx / length where it opens (J_P > 1) and a length is set.
-
-    A crack is as wide as a few grid spacings, and over it stress falls as exp(-xi (J_P - 1)): opening it takes an
-    energy in proportion to dx / xi (the crack band of Bazant and Oh 1983).  So scaled, it is the same on every grid.
-    """
-    result = xi
-    if ti.static(constants.softening != 1.0):
-        result = ti.select(J_P > 1.0, constants.softening * xi, xi)
-    return result
+def read_state(p, particles: ti.template()):
+    """What the material remembers of particle p, as a vector: J_P, and its law's own quantities."""
+    state = ti.Vector([0.0] * ti.static(len(particles.history)))
+    for s in ti.static(range(len(particles.history))):
+        state[s] = particles.history[s][p]
+    return state
 
 
 @ti.func
@@ -182,18 +177,22 @@ def clear(i, j, nodes: ti.template(), constants: ti.template()):
 @ti.func
 def von_mises(p, particles: ti.template(), constants: ti.template()):
     """Eqs. 3 to 5 at particle p, with the moduli as hardened."""
-    h = particles.factor[p]
-    return elasticity.von_mises_stress(
-        particles.F_E[p], particles.J_P[p], h * particles.mu[p], h * particles.lam[p], constants.plane_strain
-    )
+    F_E, h = particles.F_E[p], particles.factor[p]
+    mu, lam = h * particles.mu[p], h * particles.lam[p]
+    J = F_E.determinant() * particles.J_P[p]
+    sigma = constants.material.stress(F_E, elasticity.polar_rotation(F_E), mu, lam) / J
+    zz = 0.0
+    if ti.static(constants.plane_strain):
+        zz = constants.material.stress_zz(F_E, mu, lam) / J
+    return elasticity.von_mises_stress(sigma, zz)
 
 
 @ti.func
-def elastic_energy(p, particles: ti.template()):
+def elastic_energy(p, particles: ti.template(), constants: ti.template()):
     """Elastic energy of particle p."""
     F_E = particles.F_E[p]
     R = elasticity.polar_rotation(F_E)
-    energy = elasticity.energy_density(F_E, R, particles.mu[p], particles.lam[p])
+    energy = constants.material.energy(F_E, R, particles.mu[p], particles.lam[p])
     return energy * particles.factor[p] * particles.volume[p]
 
 
@@ -207,36 +206,24 @@ def kinetic_energy(p, particles: ti.template(), constants: ti.template()):
 
 @ti.func
 def sinter(p, particles: ti.template(), constants: ti.template(), dt):
-    """Secs. 3.1 to 3.3: density, elasticity and plasticity of particle p after one update.
+    """Secs. 3.1 to 3.3: density, elasticity and plasticity of particle p after one update, by the law of sintering.
 
     An update stands for the substep, or for the whole frame where the reading updates once a frame.
     """
     time_step = dt if ti.static(constants.every_substep) else constants.frame_time
     weight = time_step / constants.frame_time if ti.static(constants.hardening_per_time) else 1.0
-    energy = elastic_energy(p, particles)
+    energy = elastic_energy(p, particles, constants)
     sigma_m = von_mises(p, particles, constants)
     b_norm = particles.force[p].norm() * constants.force_weight
     rho = particles.density[p]
-    rho_r = sintering.relative_density(rho, constants.rho_max)
 
-    grown_rho = sintering.density(rho, sigma_m, rho_r, b_norm, time_step, constants.C1, constants.C2)
-    new_rho = ti.min(grown_rho, constants.rho_max)
-    particles.density[p] = new_rho
-    particles.young[p] = sintering.youngs_modulus(rho_r, constants.E_max, constants.C3)
-    particles.poisson[p] = ti.min(sintering.poissons_ratio(rho_r, constants.nu_max), constants.poisson_cap)
-    particles.hardening[p] = sintering.hardening_coefficient(
-        particles.hardening[p], sigma_m, b_norm, weight, constants.C4, constants.C5
-    )
-    particles.mu[p], particles.lam[p] = elasticity.lame_parameters(particles.young[p], particles.poisson[p])
+    new_rho, E, nu, xi = constants.sintering.advance(rho, particles.hardening[p], sigma_m, b_norm, time_step, weight)
+    particles.density[p], particles.young[p], particles.poisson[p], particles.hardening[p] = new_rho, E, nu, xi
+    particles.mu[p], particles.lam[p] = elasticity.lame_parameters(E, nu)
     if ti.static(constants.volume_follows_density):
         particles.volume[p] = particles.volume[p] * rho / new_rho
-    particles.factor[p] = elasticity.hardening_factor(
-        coefficient(particles.hardening[p], particles.J_P[p], constants),
-        particles.J_P[p],
-        constants.hardening_exponent[0],
-        constants.hardening_exponent[1],
-    )
-    particles.sintering_work[p] += elastic_energy(p, particles) - energy
+    particles.factor[p] = constants.material.factor(particles.J_P[p], xi)
+    particles.sintering_work[p] += elastic_energy(p, particles, constants) - energy
 
 
 @ti.func

@@ -87,18 +87,15 @@ def work_of_strain(F_E, R, dF, mu, lam):
 
 
 @ti.func
-def von_mises_stress(F_E, J_P, mu, lam, plane_strain: ti.template()):
-    """Eqs. 3 to 5: the scalar stress sigma_m of the Cauchy stress sigma = tau / (J_E J_P).
-
-    ``mu`` and ``lam`` are the hardened parameters.  In plane strain the out-of-plane stress is
-    lambda (J_E - 1) J_E / J; otherwise it is taken as zero.
-    """
+def kirchhoff_stress_zz(F_E, lam):
+    """Kirchhoff stress out of the plane in plane strain, lambda (J_E - 1) J_E."""
     J_E = F_E.determinant()
-    J = J_E * J_P
-    sigma = kirchhoff_stress(F_E, polar_rotation(F_E), mu, lam) / J
-    zz = 0.0
-    if ti.static(plane_strain):
-        zz = lam * (J_E - 1.0) * J_E / J
+    return lam * (J_E - 1.0) * J_E
+
+
+@ti.func
+def von_mises_stress(sigma, zz):
+    """Eqs. 3 to 5: the scalar stress sigma_m of a Cauchy stress ``sigma`` in the plane and ``zz`` out of it."""
     xx, yy, xy = sigma[0, 0], sigma[1, 1], sigma[0, 1]
     vm1 = 0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2)  # Eq. 4
     vm2 = 3.0 * xy * xy  # Eq. 5; sigma_yz = sigma_zx = 0

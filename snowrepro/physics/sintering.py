@@ -12,6 +12,12 @@ def density(rho, sigma_m, rho_r, b_norm, time_step, C1, C2):
 
 
 @ti.func
+def density_at_rate(rho, rate, time_step):
+    """Density after one update at a rate of densification (1/rho) d rho/dt [1/s]: a step of Eq. 2 with another rate."""
+    return rho + time_step * rho * rate
+
+
+@ti.func
 def relative_density(rho, rho_max):
     """Eq. 6."""
     return rho / rho_max

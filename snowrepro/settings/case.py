@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from .base import AddedLater, Name, Settings
+from .laws import MaterialChoice, PaperRates, SinteringChoice, Stomakhin
 
 MODEL_VERSION = 5  # goes up when the same case gives another result, or a result that holds more
 ARMS = ("sintered", "unsintered")
@@ -98,6 +99,16 @@ class Material(Settings):
     theta_c: float = Field(gt=0, lt=1, description="critical compression [1]")
     theta_s: float = Field(gt=0, lt=1, description="critical stretch [1]")
     xi: float = Field(ge=0, description="initial hardening coefficient [1]")
+    law: Annotated[MaterialChoice, AddedLater] = Field(Stomakhin(), description="what strain does to the snow")
+
+    @model_validator(mode="after")
+    def _has_what_sintering_multiplies(self) -> "Material":
+        if not isinstance(self.law, Stomakhin) and self.law.sintered != "nothing" and self.xi == 0:
+            raise ValueError(
+                f"law.sintered={self.law.sintered} multiplies the strength by xi over its first value, which must not "
+                "be 0: set xi, or law.sintered=nothing"
+            )
+        return self
 
     @property
     def mu(self) -> float:
@@ -121,6 +132,7 @@ class Sintering(Settings):
     C3: float = Field(ge=-16, le=16, description="Eq. 7 [1]")
     C4: float = Field(ge=0, description="Eq. 9, internal force [1/Pa]")
     C5: float = Field(ge=0, description="Eq. 9, external force [s^2/length]")
+    law: Annotated[SinteringChoice, AddedLater] = Field(PaperRates(), description="what pressing does to the snow")
 
 
 class Rest(Settings):

@@ -42,7 +42,10 @@ def stress_of(a: ti.f64, b: ti.f64, c: ti.f64, d: ti.f64, mu: ti.f64, lam: ti.f6
 def von_mises_of(
     a: ti.f64, b: ti.f64, c: ti.f64, d: ti.f64, J_P: ti.f64, mu: ti.f64, lam: ti.f64, strain: ti.template()
 ) -> ti.f64:
-    return elasticity.von_mises_stress(ti.Matrix([[a, b], [c, d]]), J_P, mu, lam, strain)
+    F = ti.Matrix([[a, b], [c, d]])
+    J = F.determinant() * J_P
+    zz = elasticity.kirchhoff_stress_zz(F, lam) / J if ti.static(strain) else 0.0
+    return elasticity.von_mises_stress(elasticity.kirchhoff_stress(F, elasticity.polar_rotation(F), mu, lam) / J, zz)
 
 
 @ti.kernel

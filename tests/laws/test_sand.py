@@ -1,0 +1,120 @@
+"""Sand: the cone, its tip and its cohesion at one point, and a column that collapses to its angle of friction."""
+
+import numpy as np
+import pytest
+
+from snowrepro.composition.compose import compose
+from snowrepro.mpm.ledger import unclosed_share
+from snowrepro.run import simulate
+from tests.conftest import SMALL
+from tests.laws.points import Points
+
+SINE, C, SOFTENING = 0.5, 180.0, 10.0
+compiled = pytest.mark.usefixtures("taichi")
+
+
+def p_and_q(point: Points) -> tuple[np.ndarray, np.ndarray]:
+    """Pressure and largest shear stress."""
+    tau = point.read("tau")
+    p = -np.trace(tau, axis1=1, axis2=2) / 2
+    return p, np.hypot((tau[:, 0, 0] - tau[:, 1, 1]) / 2, tau[:, 0, 1])
+
+
+@compiled
+def test_flow_goes_to_the_cone_at_a_constant_volume():
+    """Random trials: q = sin(phi) (p + c) with the cohesion of before the step, at the trial's volume or at the tip."""
+    rng = np.random.default_rng(0)
+    F = np.eye(2) * 0.985 + rng.uniform(-0.02, 0.02, (400, 2, 2))
+    point = Points(400, "material=sand")
+    point.deform(F)
+    p, q = p_and_q(point)
+    yielded = point.read("broken") > 0
+    assert 50 < yielded.sum() < 350
+    assert (q[~yielded] <= SINE * (p + C)[~yielded] * (1 + 1e-12)).all()
+    np.testing.assert_allclose(q[yielded], SINE * (p + C)[yielded], rtol=1e-9, atol=1e-6)
+    opened = point.read("gap") > 0
+    np.testing.assert_allclose(p[~opened], -point.bulk * np.log(np.linalg.det(F))[~opened], rtol=1e-9, atol=1e-6)
+    np.testing.assert_allclose(p[opened], -C, rtol=1e-9)
+    np.testing.assert_array_equal(point.read("F_E")[~yielded], F[~yielded])
+
+
+@compiled
+def test_cohesion_softens_with_plastic_strain():
+    """Sheared for long at zero pressure: c exp(-softening broken), with broken = sqrt(2) |half strain|, bears it."""
+    point = Points(1, "material=sand", "material.law.sintered=nothing")
+    for _ in range(50):
+        broken = point.read("broken")[0]
+        point.deform(np.diag([1.002, 1 / 1.002]))
+    p, q = p_and_q(point)
+    assert p[0] == pytest.approx(0, abs=1e-6 * C)
+    assert q[0] == pytest.approx(SINE * C * np.exp(-SOFTENING * broken), rel=1e-8)
+    total = np.sqrt(2) * 50 * np.log(1.002)
+    assert 0.9 * total < point.read("broken")[0] < total  # the rest is elastic
+
+
+@compiled
+def test_a_gap_has_to_close_before_it_bears_again():
+    """Pulled to 1.05 and pressed back: no pressure until the volume is that of before, then the elastic one."""
+    point = Points(1, "material=sand", "material.law.cohesion=0")
+    point.deform(np.eye(2) * 1.05)
+    assert point.read("gap")[0] == pytest.approx(2 * np.log(1.05), rel=1e-9)
+    assert np.abs(point.read("tau")).max() < 1e-9
+    point.deform(np.eye(2) / 1.04)
+    assert np.abs(point.read("tau")).max() < 1e-9
+    point.deform(np.eye(2) * 1.04 / 1.05 * 0.99)
+    p, _ = p_and_q(point)
+    assert p[0] == pytest.approx(-point.bulk * 2 * np.log(0.99), rel=1e-8)
+    assert point.read("gap")[0] == pytest.approx(0, abs=1e-14)
+
+
+@compiled
+def test_sintering_grows_the_cohesion_or_nothing():
+    """With xi ten times its first value a pull of 1,000 is borne, which else parts the snow at c = 180."""
+    for choice, borne in (("cohesion", 1000.0), ("nothing", C)):
+        point = Points(1, "material=sand", f"material.law.sintered={choice}")
+        point.write("hardening", np.full(1, 50.0))
+        point.deform(np.eye(2) * np.exp(1000.0 / point.bulk / 2))
+        assert p_and_q(point)[0][0] == pytest.approx(-borne, rel=1e-9)
+
+
+def test_a_run_with_sand_closes_its_ledger():
+    run = simulate(compose([*SMALL, "pressure=3000", "material=sand"]))
+    assert unclosed_share(run) < 0.06
+    assert float(run.plastic_work.max()) <= 0
+    assert {"gap", "broken"} <= set(run.data_vars)
+
+
+COLUMN = (  # twenty cells wide and high, on a flat floor that does not slip
+    "shape.name=column", "shape.outline={kind: polygon, points: [[-10, -10], [10, -10], [10, 10], [-10, 10]]}",
+    "floor.name=flat", "floor.outline={kind: polygon, points: [[0, 0], [160, 0], [160, 10.3], [0, 10.3]]}",
+    "floor.width=160", "floor.drop_x=80", "fidelity.dx=1", "fidelity.particles_per_cell=4", "sintering=none",
+    "pressure=0", "loading.press_frames=1", "loading.frames=400", "reading.drop_height=0.6", "output.every=400",
+    "material=sand", "material.law.cohesion=0", "solver.max_bounded=1",
+)  # fmt: skip
+
+
+def slope_of(run) -> float:
+    """Angle of the free surface at rest [degrees], between a tenth and nine tenths of the pile's height, both sides."""
+    x, y = run.position.values[-1].T
+    y = y - y.min()
+    columns = np.round(x / 2).astype(int)
+    tops = np.array([(2 * c, y[columns == c].max()) for c in np.unique(columns) if (columns == c).sum() > 3])
+    middle, highest = np.average(x), tops[:, 1].max()
+    sides = [tops[tops[:, 0] < middle], tops[tops[:, 0] > middle]]
+    slopes = []
+    for side in sides:
+        between = side[(side[:, 1] > 0.1 * highest) & (side[:, 1] < 0.9 * highest)]
+        slopes.append(abs(np.polyfit(between[:, 0], between[:, 1], 1)[0]))
+    return float(np.degrees(np.arctan(np.mean(slopes))))
+
+
+@pytest.mark.slow
+def test_a_column_collapses_to_a_slope_below_its_angle_of_friction():
+    """At rest no slope is steeper than phi; as it came down moving, the slope may be less, but grows with phi."""
+    slopes = {}
+    for phi in (20, 40):
+        run = simulate(compose([*COLUMN, f"material.law.friction_angle={phi}"]))
+        assert float(run.kinetic_energy[-1]) < 1e-3 * float(run.kinetic_energy.max())
+        slopes[phi] = slope_of(run)
+    assert 10 < slopes[20] < 20 + 2
+    assert slopes[20] + 5 < slopes[40] < 40 + 2
