@@ -299,6 +299,15 @@ class Case(Settings):
         return self
 
     @model_validator(mode="after")
+    def _softening_has_what_it_acts_on(self) -> "Case":
+        if self.reading.softening_length and self.material.law.name != "stomakhin":
+            raise ValueError(
+                f"reading.softening_length acts on Eq. 1, which material '{self.material.law.name}' does not have: "
+                "set it to null"
+            )
+        return self
+
+    @model_validator(mode="after")
     def _density_can_grow(self) -> "Case":
         if self.sintering.rho_max <= self.material.rho:
             raise ValueError(
