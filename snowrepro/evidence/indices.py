@@ -66,12 +66,12 @@ def measure_effects(effects: np.ndarray, weights: np.ndarray) -> tuple[np.ndarra
         return (weight * abs(known)).sum(axis=0) / count, spread
 
 
-def estimate(index: Callable[[np.ndarray], np.ndarray], units: int) -> tuple[np.ndarray, np.ndarray]:
+def estimate(index: Callable[[np.ndarray], np.ndarray | float], units: int) -> tuple[np.ndarray, np.ndarray]:
     """Estimate an index and half of its interval of 95 %, by drawing the ``units`` of a design anew.
 
     The interval is symmetric, from the standard deviation of what the draws give: a draw has some units twice, which
     shifts all indices, so that its quantiles would lie beside the estimate.
     """
     rng = np.random.default_rng(SEED)
-    drawn = [index(np.bincount(rng.integers(units, size=units), minlength=units)) for _ in range(DRAWS)]
-    return index(np.ones(units)), SPREADS * np.nanstd(drawn, axis=0, ddof=1)
+    drawn = [np.asarray(index(np.bincount(rng.integers(units, size=units), minlength=units))) for _ in range(DRAWS)]
+    return np.asarray(index(np.ones(units))), SPREADS * np.nanstd(np.stack(drawn), axis=0, ddof=1)

@@ -1,5 +1,6 @@
 """What matters in a sweep: how far each setting decides each measure, and where runs fail."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
@@ -17,6 +18,10 @@ FAILED = "failed"  # a measure: 1 of a run that failed, 0 of one with a result
 FIRST, TOTAL, EFFECT, SPREAD = "first order", "total order", "mean effect", "spread of effects"
 LEAST_UNITS = 8  # points, blocks or paths
 REGIONS = 4  # bins in which failures are counted
+_MEASURES: dict[str, Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]] = {
+    "morris": measure_effects,
+    "saltelli": measure_blocks,
+}
 COLUMNS = ("measure", "setting", "index", "value", "low", "high")
 
 
@@ -50,7 +55,8 @@ def measure_influence(sweep: CollectedSweep, measure: str) -> Influence:
     y = read_measure(sweep, measure)
     design = sweep.sample.design.name if sweep.sample else ""
     used = int(y.notna().sum())
-    rows, note = [], ""
+    rows: list[tuple] = []
+    note = ""
     if y.dropna().nunique() < 2:
         note = "it is the same in all runs" if used else "no run has a value"
     elif design in ("morris", "saltelli"):
@@ -124,10 +130,10 @@ def _measure_by_design(sweep: CollectedSweep, y: pd.Series) -> tuple[list[tuple]
     blocks = means.reshape(-1, get_block(sample.design, len(keys)))
     if sample.design.name == "morris":
         places = sample.places.reshape(*blocks.shape, len(keys))
-        blocks, names, index = _list_effects(blocks, places), (EFFECT, SPREAD), measure_effects
+        blocks, names, index = _list_effects(blocks, places), (EFFECT, SPREAD), _MEASURES["morris"]
         blocks = blocks[~np.isnan(blocks).all(axis=1)]
     else:
-        names, index = (FIRST, TOTAL), measure_blocks
+        names, index = (FIRST, TOTAL), _MEASURES["saltelli"]
         blocks = blocks[~np.isnan(blocks).any(axis=1)]
     if len(blocks) < LEAST_UNITS:
         return [], f"{len(blocks)} paths or blocks have all values, and {LEAST_UNITS} are needed"

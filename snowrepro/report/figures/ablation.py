@@ -173,8 +173,7 @@ def _draw_bars(ax: Axes, ablation: Ablation, pressure: float) -> None:
     places, left = np.arange(len(rows)), np.zeros(len(rows))
     for state in STATES:
         width = rows[state].fillna(0.0).to_numpy(float)
-        edge = {"edgecolor": "0.4", "linewidth": 0.5}
-        ax.barh(places, width, 0.72, left, color=COLOURS[state], label=HEADS[state], **edge)
+        ax.barh(places, width, 0.72, left, color=COLOURS[state], label=HEADS[state], edgecolor="0.4", linewidth=0.5)
         left = left + width
     for colour, width, style in (("w", 4.0, "-"), ("k", 2.0, ":")):  # black alone is not seen on crushed snow
         ax.hlines(places, rows["least"], rows["most"], color=colour, lw=width)
