@@ -252,7 +252,7 @@ def generators(monkeypatch):
 def test_the_page_of_settings_names_every_setting(generators):
     """Those of a fall, of a hardness test and of an experiment, and those of claims."""
     page = generators[0].page()
-    config = compose(["indenter=disc", "experiment=hardness"]).settings()
+    config = compose(["indenter=disc", "experiment=hardness", "design=sobol"]).settings()
     claims = config["claims"].pop("list")
     expected = {*settings_of(config), *(f"claims.list[].{key}" for key in claims[0])}
     assert {name for name in expected if f"| `{name}` |" not in page} == set()

@@ -1,5 +1,6 @@
 """What matters in a sweep: how far each setting decides each measure, and where runs fail."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
@@ -17,6 +18,10 @@ FAILED = "failed"  # a measure: 1 of a run that failed, 0 of one with a result
 FIRST, TOTAL, EFFECT, SPREAD = "first order", "total order", "mean effect", "spread of effects"
 LEAST_UNITS = 8  # points, blocks or paths
 REGIONS = 4  # bins in which failures are counted
+_MEASURES: dict[str, Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]] = {
+    "morris": measure_effects,
+    "saltelli": measure_blocks,
+}
 COLUMNS = ("measure", "setting", "index", "value", "low", "high")
 
 
@@ -123,13 +128,12 @@ def _measure_by_design(sweep: CollectedSweep, y: pd.Series) -> tuple[list[tuple]
     sample, keys = sweep.sample, sweep.sample.keys
     means = y.groupby(sweep.table[POINT]).mean().reindex(range(len(sample))).to_numpy()
     blocks = means.reshape(-1, get_block(sample.design, len(keys)))
-    is_morris = sample.design.name == "morris"
-    names, index = ((EFFECT, SPREAD), measure_effects) if is_morris else ((FIRST, TOTAL), measure_blocks)
-    if is_morris:
+    if sample.design.name == "morris":
         places = sample.places.reshape(*blocks.shape, len(keys))
-        blocks = _list_effects(blocks, places)
+        blocks, names, index = _list_effects(blocks, places), (EFFECT, SPREAD), _MEASURES["morris"]
         blocks = blocks[~np.isnan(blocks).all(axis=1)]
     else:
+        names, index = (FIRST, TOTAL), _MEASURES["saltelli"]
         blocks = blocks[~np.isnan(blocks).any(axis=1)]
     if len(blocks) < LEAST_UNITS:
         return [], f"{len(blocks)} paths or blocks have all values, and {LEAST_UNITS} are needed"

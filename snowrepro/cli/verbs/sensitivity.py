@@ -63,7 +63,8 @@ def execute(options: argparse.Namespace) -> ExitCode:
     failures = section.tabulate_failed(sweep)
     if len(failures):
         screen.show("", section.describe_region(failures))
-    screen.show("", out / section.CSV)
+    if any(len(each.table) for each in found):
+        screen.show("", out / section.CSV)
     return ExitCode.FINE
 
 
