@@ -36,6 +36,7 @@ VERBS = {
     "clean": "remove what is not needed from the store",
     "config": "print the configuration that the overrides give",
     "classify": "lumps, crushed and loose snow of a run or any particles",
+    "point": "one point of a material along a path of strain, and checks of its law",
     "animate": "an mp4 or gif of a run, or of several side by side",
     "completion": "print a script that lets a shell complete this program's words",
 }

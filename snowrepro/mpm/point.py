@@ -37,7 +37,7 @@ class Points:
     """
 
     def __init__(self, case: Case, count: int) -> None:
-        self.case, self.constants = case, make_constants(case)
+        self.constants = make_constants(case)
         self.particles = Particles(count, self.constants.material.STATE)
         self.stresses, self.energies = np.zeros((count, 2, 2)), np.zeros(count)
         material = case.material
@@ -55,12 +55,13 @@ class Points:
         self.write("F_E", increments @ self.read("F_E"))
         update(self.particles, self.constants, self.stresses, self.energies)
 
-    def turn(self, before: np.ndarray, behind: np.ndarray) -> "Points":
-        """The same points with F_E seen by another observer: ``before`` @ F_E @ ``behind``."""
-        turned = Points(self.case, self.particles.count)
-        values = {name: self.read(name) for name in self.particles.shapes}
-        turned.particles.write_all({**values, "F_E": before @ values["F_E"] @ behind})
-        return turned
+    def save(self) -> dict[str, np.ndarray]:
+        """A copy of all quantities, for ``load``."""
+        return {name: self.read(name) for name in self.particles.shapes}
+
+    def load(self, saved: dict[str, np.ndarray], turn: np.ndarray) -> None:
+        """Put back what was saved, as an observer sees it who turned: F_E becomes ``turn`` @ F_E."""
+        self.particles.write_all({**saved, "F_E": turn @ saved["F_E"]})
 
     def read(self, name: str) -> np.ndarray:
         """A copy of one quantity, shape (count, *shape)."""
