@@ -12,7 +12,7 @@ from tests.conftest import SMALL
 from tests.report import small_runs
 
 BLOCK = "import sys; sys.modules['taichi'] = None\n"  # then "import taichi" fails as if it were not installed
-COMPUTING = ("mpm", "physics", "simulation", "checks")  # and what checks them
+COMPUTING = ("laws", "mpm", "physics", "simulation", "checks")  # and what checks them
 CHECKING = ("__main__", "cli.checking", "verbs.check", "verbs.bless")
 IMPORT_ALL = f"""
 import importlib, pkgutil, sys, snowrepro

@@ -14,8 +14,8 @@ import taichi as ti
 from ..physics.elasticity import TINY
 from . import contact, splines, transfer
 
-STIFFNESS = 0.25  # of a spring, in particle mass / dt^2; explicit steps are unstable from 4 on
-DAMPING = 1.0  # of a dashpot, in particle mass / dt: critical for that stiffness
+STIFFNESS = 0.25  # of a spring, in mass / dt^2; explicit steps are unstable from 4 on
+DAMPING = 1.0  # of a dashpot, in mass / dt: critical for that stiffness
 
 
 @ti.func
@@ -27,16 +27,19 @@ def press(p, particles: ti.template(), nodes: ti.template(), constants: ti.templ
         distance, normal = contact.floor_at(position, nodes, constants)
         if distance < constants.reach:
             arm = -constants.reach * normal
-            velocity = particles.velocity[p] + particles.affine[p] @ arm / (constants.inertia * constants.dx**2)
+            spread = constants.inertia * constants.dx**2
+            velocity = particles.velocity[p] + particles.affine[p] @ arm / spread
+            # The point of contact gives way to an impulse like this part of the mass, as the particle deforms too.
+            part = 1.0 / (1.0 + constants.reach**2 / spread)
             inward = velocity.dot(normal)
             sliding = velocity - inward * normal
             slip = particles.slip[p] - particles.slip[p].dot(normal) * normal + dt * sliding
-            push = ti.max(0.0, STIFFNESS / dt * (constants.reach - distance) - DAMPING * inward)
-            rub = -STIFFNESS / dt * slip - DAMPING * sliding
+            push = part * ti.max(0.0, STIFFNESS / dt * (constants.reach - distance) - DAMPING * inward)
+            rub = -part * (STIFFNESS / dt * slip + DAMPING * sliding)
             most = constants.friction * push
             if rub.norm() > most:
                 rub *= most / (rub.norm() + TINY)
-                slip = -(rub + DAMPING * sliding) * (dt / STIFFNESS)
+                slip = -(rub / part + DAMPING * sliding) * (dt / STIFFNESS)
             add_push(position, particles.mass[p] * (push * normal + rub), arm, nodes, constants)
     particles.slip[p] = slip
 

@@ -23,7 +23,8 @@ SMALLEST, LARGEST = 1e-30, 1e30
 class AddedLater:
     """Marks a setting, in ``Annotated``, that came after runs were stored without it: its default is what they did.
 
-    It is written down only where it is not the default, so that the ids of those runs stay what they are.
+    It is written down only where it is not the default, so that the ids of those runs stay what they are.  An empty
+    list is as good as none.
     """
 
 
@@ -37,7 +38,7 @@ class Settings(BaseModel):
         """The settings as plain values, without those marked ``AddedLater`` that have their default."""
         plain: dict[str, Any] = handler(self)
         for name, field in type(self).model_fields.items():
-            if AddedLater in field.metadata and getattr(self, name) == field.default:
+            if AddedLater in field.metadata and getattr(self, name) in (field.default, ()):
                 plain.pop(name, None)
         return plain
 

@@ -1,19 +1,22 @@
 """The settings of a sweep that a design samples, and the jobs that come of it."""
 
+import importlib
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-
-import numpy as np
+from types import ModuleType
+from typing import TYPE_CHECKING
 
 from ..composition.hydra_private import Override, is_sampled
 from ..composition.ranges import EXAMPLE
 from ..errors import ConfigError
 from ..settings.design import Design
 from .axes import Axis, make_axis_of_values
-from .design import count_places, make_places
 from .factors import Factor, read_factor
+
+if TYPE_CHECKING:
+    import numpy as np
 
 Job = tuple[int, ...]  # which of its values each axis has
 
@@ -31,12 +34,13 @@ class Sample:
         return [factor.key for factor in self.factors]
 
     @cached_property
-    def places(self) -> np.ndarray:
+    def places(self) -> "np.ndarray":
         """Where each point lies in the range of each factor, from 0 to 1: (point, factor)."""
-        return make_places(self.design, len(self.factors))
+        return _designs().make_places(self.design, len(self.factors))
 
     def __len__(self) -> int:
-        return count_places(self.design, len(self.factors))
+        count: int = _designs().count_places(self.design, len(self.factors))
+        return count
 
 
 @dataclass(frozen=True)
@@ -77,3 +81,8 @@ def list_jobs(axes: Mapping[str, Axis], drawn: Mapping[str, DrawnAxis]) -> Itera
             for key, axis in axes.items()
         )
         yield from ((point, job) for job in itertools.product(*choices))
+
+
+def _designs() -> ModuleType:
+    """What makes designs, with NumPy and SciPy: loaded where there is a sample, so that other sweeps stay lean."""
+    return importlib.import_module(".design", __package__)

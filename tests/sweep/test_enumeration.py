@@ -269,7 +269,7 @@ def test_a_part_is_read_and_checked():
     [
         (["seed=range(0)", "pressure=1,2"], r"'seed=range\(0\)' names no run"),
         (["floor=glob(x*)"], r"names no run"),
-        (["pressure=interval(1,2)"], "does not support sweep type"),
+        (["pressure=interval(1,2)"], "is a range, which only a design makes values of"),
         (["hydra.launcher.workers=1,2"], "cannot vary Hydra's own settings: hydra.launcher.workers=1,2"),
     ],
 )
