@@ -12,8 +12,8 @@ from tests.conftest import SMALL
 from tests.report import small_runs
 
 BLOCK = "import sys; sys.modules['taichi'] = None\n"  # then "import taichi" fails as if it were not installed
-COMPUTING = ("laws", "mpm", "physics", "simulation", "checks")  # and what checks them
-CHECKING = ("__main__", "cli.checking", "verbs.check", "verbs.bless")
+COMPUTING = ("laws", "mpm", "physics", "point", "simulation", "checks")  # and what checks them
+CHECKING = ("__main__", "cli.checking", "verbs.check", "verbs.bless", "verbs.point")
 IMPORT_ALL = f"""
 import importlib, pkgutil, sys, snowrepro
 names = [m.name for m in pkgutil.walk_packages(snowrepro.__path__, "snowrepro.")]

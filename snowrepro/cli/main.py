@@ -19,7 +19,7 @@ from .surroundings import prepare_process
 VERBS = {
     "run": "simulate one run, a sweep or an experiment",
     "sample": "a sweep over points of ranges, by a design",
-    "search": "find where along a setting a measure reaches a target, or is best",
+    "search": "find where a measure reaches a target, or is best",
     "claims": "decide the paper's claims by an experiment with several seeds",
     "plan": "say what would be run, why, and how long it takes",
     "status": "how far sweeps are",
@@ -36,7 +36,7 @@ VERBS = {
     "clean": "remove what is not needed from the store",
     "config": "print the configuration that the overrides give",
     "classify": "lumps, crushed and loose snow of a run or any particles",
-    "point": "one point of a material along a path of strain, and checks of its law",
+    "point": "one point of a material along a path, or checks of its law",
     "animate": "an mp4 or gif of a run, or of several side by side",
     "completion": "print a script that lets a shell complete this program's words",
 }

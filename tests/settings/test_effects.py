@@ -38,7 +38,7 @@ CHANGES: dict[str, tuple[Any, str]] = {
     "sintering.C3": (-8.0, "C3"),
     "sintering.C4": (2e-3, "C4"),
     "sintering.C5": (3e-3, "C5"),
-    "material.rho": (110.0, "rho"),
+    "material.rho": (110.0, "first"),
     "material.E": (1.5e5, "E_max"),
     "material.nu": (0.25, "nu_max"),
     "material.xi": (6.0, "first"),

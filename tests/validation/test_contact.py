@@ -1,7 +1,6 @@
 """Contact with the floor against mechanics: a frictionless bowl, a block on an incline, a mirrored scene."""
 
 import dataclasses
-
 import itertools
 
 import numpy as np
