@@ -31,7 +31,7 @@ def test_a_paper_without_runs_says_how_to_make_them(snowrepro, tmp_path):
     assert str(tmp_path) not in page + html
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_paper_that_was_never_run_so_is_not_drawn(snowrepro, tmp_path):
     """A user may take the words of one run for those of a report."""
     done = snowrepro("report", "pressure=300")
