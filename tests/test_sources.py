@@ -40,7 +40,7 @@ def test_the_simulation_is_all_that_computes():
     assert len(laws) > 3 and laws <= found
     assert {"simulation.py", "mpm/steps.py", "scene/build.py", "settings/case.py", "units.py"} <= found
     assert not found & {"settings/question.py", "settings/config.py", "settings/execution.py", "settings/analysis.py"}
-    measured = {"analysis/clusters.py", "analysis/hardness.py", "analysis/rest.py"}
+    measured = {"analysis/clusters.py", "analysis/hardness.py", "analysis/near.py", "analysis/rest.py"}
     assert {name for name in found if name.startswith("analysis")} == measured
     rooms = {name.split("/")[0] for name in found}
     assert rooms == {"analysis", "laws", "mpm", "physics", "scene", "settings", "simulation.py", "units.py"}

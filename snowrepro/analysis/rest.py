@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from ..settings.case import Rest
 from .clusters import Clusters, measure_lengths
+from .near import find_near_pairs, square_distances
 
 NEAR = 2.0  # widths of a cluster at release: how far neighbours are apart at most
 APART = 1.5  # times their distance at release: farther apart they are no longer neighbours
@@ -27,12 +27,8 @@ def is_at_rest(
     before, now = track[-1 - frames].astype(float), track[-1].astype(float)
     if np.mean(measure_lengths(now - before) > rest.distance * cell) > rest.part:
         return False
-    pairs = cKDTree(clusters.position).query_pairs(NEAR * clusters.size, output_type="ndarray")
-    start, earlier, later = (_measure_pairs(places, pairs) for places in (clusters.position, before, now))
-    changes = np.abs(later - earlier) > rest.strain * start
-    return bool(np.mean(changes[earlier < APART * start]) <= rest.part) if len(pairs) else True
-
-
-def _measure_pairs(places: np.ndarray, pairs: np.ndarray) -> np.ndarray:
-    """Measure the length of each pair (m, 2) of places (k, 2)."""
-    return measure_lengths(places[pairs[:, 0]] - places[pairs[:, 1]])
+    pairs = find_near_pairs(clusters.position, NEAR * clusters.size)
+    start, earlier, later = (np.sqrt(square_distances(places, pairs)) for places in (clusters.position, before, now))
+    is_near = earlier < APART * start
+    changes = is_near & (np.abs(later - earlier) > rest.strain * start)
+    return bool(changes.sum() <= rest.part * is_near.sum())

@@ -1,8 +1,8 @@
 """Checks of a material law at points: rules that hold of any law, whatever its numbers.
 
-Random points are led along random strains by the solver's own update, in and out of yield.  A law that turns with the
-observer, has a stress that is not symmetric, makes work of nothing or is stiffer than it declares is told, with the
-point where.
+Random points are led along random strains by the solver's own update, in and out of yield.  A law breaks a rule if its
+stress is not symmetric or depends on who looks, if it makes work out of nothing, or if it is stiffer than it declares.
+The finding then names the point where.
 """
 
 from collections.abc import Iterator

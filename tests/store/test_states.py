@@ -187,7 +187,7 @@ def test_the_code_that_counts_is_the_solvers():
     """Reports and documents make nothing stale; nor does what measures, but for what each frame is asked."""
     assert {"mpm/steps.py", "physics/sintering.py", "simulation.py", "settings/case.py"} <= set(manifest.CODE)
     others = {name for name in manifest.CODE if name.startswith(("report", "analysis", "sweep", "cli", "store"))}
-    assert others == {"analysis/clusters.py", "analysis/hardness.py", "analysis/rest.py"}
+    assert others == {"analysis/clusters.py", "analysis/hardness.py", "analysis/near.py", "analysis/rest.py"}
 
 
 def test_leftovers_are_told_by_kind(run, done, small_run):

@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ...analysis.lumps import find_frame_before
 from ...evidence.gather import Evidence
 from ...quantities import format_powers
 from ...scene.build import build_scene
@@ -13,7 +14,6 @@ from ...scene.press import SHELL_CELLS, external_force
 from ...store.run import Run
 from ..document import FigureContent, Picture
 from ..drawing.common import draw_background, draw_snow, get_panel_size
-from ..drawing.frames import hold_frames
 from ..drawing.scenes import add_row_of_axes, save_with_padding
 from .kinds import FigureKind
 
@@ -48,7 +48,7 @@ def report(evidence: Evidence) -> FigureContent:
 def draw_setting(run: Run, pressed: int, falling: int, path: Path) -> None:
     """Draw the snow in the frame ``pressed``, with the external force, and in the frame ``falling``, with gravity."""
     with run.open() as dataset:
-        shown = hold_frames(dataset["snapshot"].values, (pressed, falling))
+        shown = [find_frame_before(dataset["snapshot"].values, frame) for frame in (pressed, falling)]
         places = [dataset["position"].sel(snapshot=frame).values.astype(float) for frame in shown]
     width, height = get_panel_size(run)
     figure = Figure(figsize=(8.6, 4.1 * height / width + 0.4), layout="constrained")

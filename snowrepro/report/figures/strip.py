@@ -9,6 +9,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
+from ...analysis.lumps import find_frame_before
 from ...analysis.states import STATES
 from ...evidence import claims
 from ...evidence.gather import Evidence, sort_as_in_paper
@@ -26,7 +27,6 @@ from ..drawing.common import (
     get_panel_size,
     save_figure,
 )
-from ..drawing.frames import hold_frames
 from ..drawing.states import FOOT, add_state_legend, colour_fragments
 from ..sections import broken, specification
 from ..sections import claims as claims_section
@@ -196,20 +196,21 @@ def _make_row(run: Run, evidence: Evidence) -> Row:
     frames = evidence.experiment.frames
     with run.open() as dataset:
         stored = dataset["snapshot"].values
-        shown = dict(zip(frames, hold_frames(stored, frames), strict=True))
-        falling = sorted({held for held in shown.values() if held >= run.case.loading.press_frames})
+        shown = {frame: find_frame_before(stored, frame) for frame in frames}
+        falling = sorted({state for state in shown.values() if state >= run.case.loading.press_frames})
         classified = classify(dataset, run.config.question.analysis, frames=falling) if falling else None
-        places = {frame: dataset["position"].sel(snapshot=held).values for frame, held in shown.items()}
+        places = {frame: dataset["position"].sel(snapshot=state).values for frame, state in shown.items()}
     if not classified:
         return Row(label, places, {}, {}, int(stored[-1]))
-    found = {
-        now.frame: (its_colours, {**now.shares, "lumps": now.lumps})
-        for now, its_colours in zip(classified.fragments, colour_fragments(classified), strict=True)
-    }
-    held_of = {frame: held for frame, held in shown.items() if held in found}
-    colours = {frame: found[held][0] for frame, held in held_of.items()}
-    measures = {frame: found[held][1] for frame, held in held_of.items()}
-    return Row(label, places, colours, measures, int(stored[-1]))
+    colours = dict(zip(falling, colour_fragments(classified), strict=True))
+    measures = {now.frame: {**now.shares, "lumps": now.lumps} for now in classified.fragments}
+    return Row(
+        label,
+        places,
+        {frame: colours[state] for frame, state in shown.items() if state in colours},
+        {frame: measures[state] for frame, state in shown.items() if state in measures},
+        int(stored[-1]),
+    )
 
 
 FIGURE = FigureKind(report, is_judged=True, needs=("frames",))

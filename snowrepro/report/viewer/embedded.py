@@ -5,11 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...analysis.lumps import Classification
+from ...analysis.lumps import Classification, find_frame_before
 from ...store.run import Run
 from ...summary.classify import classify
 from ..drawing.colouring import index_colours
-from ..drawing.frames import hold_frames
 
 FIELDS = ("density", "J_P")
 FINENESS = 1024  # of the squares along a side by which particles are put in order
@@ -37,7 +36,7 @@ class EmbeddedRun:
 def embed(run: Run, frames: Sequence[int]) -> EmbeddedRun:
     """Read a finished run at ``frames``, which contain the release; where one is not stored, as it was before."""
     with run.open() as dataset:
-        held = hold_frames(dataset["snapshot"].values, frames)
+        held = [find_frame_before(dataset["snapshot"].values, frame) for frame in frames]
         released = sorted({frame for frame in held if frame >= int(dataset.attrs["release_frame"])})
         classified = classify(dataset, run.config.question.analysis, frames=released)
         stored = dataset[["position", *FIELDS]].sel(snapshot=held).load()

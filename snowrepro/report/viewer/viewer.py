@@ -13,6 +13,7 @@ import numpy as np
 from matplotlib.colors import to_hex
 
 from ...analysis.eye import COVER
+from ...analysis.lumps import find_frame_before
 from ...analysis.states import STATES
 from ...evidence.gather import describe_run
 from ...quantities import PRESSURE, format_powers, format_unit
@@ -20,7 +21,6 @@ from ...scene.outline import polylines
 from ...store.run import Run
 from ..drawing.colouring import PALETTE
 from ..drawing.common import FLOOR, SKY, SNOW, get_panel_size
-from ..drawing.frames import hold_frames
 from ..drawing.states import CRUSHED, LOOSE, LUMPS
 from .embedded import FIELDS, EmbeddedRun, embed
 from .packing import pack, round_to_levels, take_differences
@@ -82,7 +82,7 @@ def choose_frames(run: Run) -> list[int]:
     places = np.searchsorted(cumulated, np.linspace(cumulated[0], cumulated[-1], FRAMES))
     even = stored[places.clip(max=len(stored) - 1)]
     wanted = run.config.question.experiment.frames if run.config.question.experiment else ()
-    of_figure = hold_frames(stored, wanted)
+    of_figure = [find_frame_before(stored, frame) for frame in wanted]
     return sorted({int(stored[0]), run.case.loading.press_frames, int(stored[-1]), *of_figure, *even.tolist()})
 
 
