@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..settings.case import Rest
+from ..settings.loading import Rest
 from .clusters import Clusters, measure_lengths
 from .near import find_near_pairs, square_distances
 

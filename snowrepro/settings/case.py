@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 
 from .base import AddedLater, Name, Settings
 from .laws import MaterialChoice, PaperRates, SinteringChoice, Stomakhin
+from .loading import MOST_FRAMES, Loading
 
 MODEL_VERSION = 5  # goes up when the same case gives another result, or a result that holds more
 ARMS = ("sintered", "unsintered")
@@ -17,7 +18,6 @@ Point = tuple[float, float]
 Corner = Annotated[tuple[float, ...], Field(min_length=2, max_length=3)]
 Ring = tuple[Corner, ...]
 APPROACH_SPACINGS = 2.0  # the reach of the cubic spline
-MOST_FRAMES = 100_000
 MOST_NAME_BYTES = 180  # of all names together: the folder of a run is called by them, and may have 255
 MOST_BULGE = 10.0  # nearly a full circle on a short chord
 MOST_REACH = 1e5  # of an outline from the origin, ten times the widest domain [cells]
@@ -133,31 +133,6 @@ class Sintering(Settings):
     C4: float = Field(ge=0, description="Eq. 9, internal force [1/Pa]")
     C5: float = Field(ge=0, description="Eq. 9, external force [s^2/length]")
     law: Annotated[SinteringChoice, AddedLater] = Field(PaperRates(), description="what pressing does to the snow")
-
-
-class Rest(Settings):
-    """When the snow counts as at rest, so that the run ends before its last frame; our choice, to save time."""
-
-    seconds: float = Field(gt=0, description="for which it has to be at rest [s]")
-    energy: float = Field(gt=0, lt=1, description="kinetic energy, part of its largest since the release [1]")
-    distance: float = Field(gt=0, description="that a cluster may move in this time [cells]")
-    strain: float = Field(gt=0, description="by which neighbouring clusters may change their distance in it [1]")
-    part: float = Field(ge=0, lt=1, description="of the clusters, and of the neighbours, that may do more [1]")
-
-
-class Loading(Settings):
-    """When the snow is pressed and how long it is watched (Sec. 4.1)."""
-
-    press_frames: int = Field(gt=0, description="frames with force and sintering [1]")
-    frames: int = Field(gt=0, le=MOST_FRAMES, description="frames in all [1]")
-    frame_time: float = Field(gt=0, le=1, description="length of a frame [s]")
-    rest: Annotated[Rest | None, AddedLater] = Field(None, description="ends the run before; none: all frames")
-
-    @model_validator(mode="after")
-    def _falls_after_pressing(self) -> "Loading":
-        if self.frames < self.press_frames:
-            raise ValueError(f"frames ({self.frames}) must not be fewer than press_frames ({self.press_frames})")
-        return self
 
 
 class Indenter(Settings):
@@ -338,6 +313,19 @@ class Case(Settings):
             )
         return self
 
+    @model_validator(mode="after")
+    def _fall_has_an_end(self) -> "Case":
+        if self.indenter or self.loading.fall_time is None:
+            return self
+        if not self.reading.gravity:
+            raise ValueError("loading.fall_time follows a fall, and reading.gravity=0 has none: set it to null")
+        if self.frames > MOST_FRAMES:
+            raise ValueError(
+                f"loading.fall_time makes {self.frames:,} frames of a fall that takes {self.fall_time:,.4g} s; at most "
+                f"{MOST_FRAMES:,} are allowed"
+            )
+        return self
+
     @property
     def arm(self) -> str:
         """Which of ARMS the run belongs to, whatever its option of ``sintering`` is called."""
@@ -356,9 +344,20 @@ class Case(Settings):
     def frames(self) -> int:
         """Frames of the run, at most: those of the loading, or as many as the hardness test takes."""
         if self.indenter is None:
-            return self.loading.frames
+            return self.own_loading.frames
         way = self.approach + self.indenter.depth
         return self.frames_before_test + math.ceil(way / (self.indenter.speed * self.loading.frame_time) - 1e-9)
+
+    @property
+    def own_loading(self) -> Loading:
+        """The loading with the times that it has in this case's fall: see ``Loading.scale_to``."""
+        return self.loading.scale_to(self.fall_time) if self.loading.fall_time else self.loading
+
+    @property
+    def fall_time(self) -> float:
+        """How long the body falls freely to its first touch, sqrt(2 H / g) [s]; endless without gravity."""
+        reading = self.reading
+        return math.sqrt(2.0 * reading.drop_height * reading.cell / reading.gravity) if reading.gravity else math.inf
 
     @property
     def frames_before_test(self) -> int:
@@ -373,9 +372,8 @@ class Case(Settings):
     @property
     def frames_at_rest(self) -> int | None:
         """Frames at rest that end the run; None: it goes on to the last, as a hardness test does."""
-        if self.indenter or not self.loading.rest:
-            return None
-        return math.ceil(self.loading.rest.seconds / self.loading.frame_time - 1e-9)
+        rest = self.own_loading.rest if not self.indenter else None
+        return math.ceil(rest.seconds / self.loading.frame_time - 1e-9) if rest else None
 
     def is_tested(self, frame: int) -> bool:
         """Whether the indenter moves in a frame."""

@@ -10,7 +10,7 @@ from typing import Any
 from ..settings.base import Settings
 from ..settings.case import MODEL_VERSION, Case
 
-OF_A_FALL = {"frames", "rest"}  # of the loading
+OF_A_FALL = {"frames", "fall_time", "rest"}  # of the loading
 _json = json.JSONEncoder(sort_keys=True, separators=(",", ":")).encode
 # By the id of a section for as long as it lives, as many runs share it; not by its value: 0.0 equals -0.0.
 _texts: dict[int, tuple[weakref.ref, str]] = {}
@@ -47,6 +47,8 @@ def canonical(case: Case, model_version: int) -> str:
         texts["loading"] = _json(case.loading.model_dump(mode="json", exclude=OF_A_FALL))
     else:  # written as before there were any
         del texts["indenter"]
+        if case.loading.fall_time:  # another spelling of the frames that it makes
+            texts["loading"] = _text(case.own_loading)
     return "{" + ",".join([f'"{name}":{text}' for name, text in sorted(texts.items())]) + "}"
 
 

@@ -7,7 +7,7 @@ from snowrepro.analysis.clusters import group_particles
 from snowrepro.analysis.rest import is_at_rest
 from snowrepro.composition.compose import compose
 from snowrepro.run import simulate
-from snowrepro.settings.case import Rest
+from snowrepro.settings.loading import Rest
 from snowrepro.summary.row import summarise
 from tests.conftest import SMALL
 from tests.validation.test_restart import assert_same_bits

@@ -101,6 +101,7 @@ ELSEWHERE = {
         "an indented run takes none: tests/analysis/test_rest.py",
     ),
     "loading.frames": "an indented run takes its own: below",
+    "loading.fall_time": "likewise: tests/settings/test_loading.py",
     "reading.length_unit": "the name of the unit of results: tests/mpm/test_readings.py, SI",
     "reading.gravity": "an indented run has none: below",
     "reading.unsintered": "a run: tests/mpm/test_readings.py",

@@ -130,7 +130,7 @@ def _find_end(run: Run) -> int:
 
 def _is_alike(run: Run, first: Run) -> bool:
     """Whether two runs can be shown in step and are classified by the same settings."""
-    same = all(getattr(run.case, name) == getattr(first.case, name) for name in ("loading", "output", "indenter"))
+    same = all(getattr(run.case, name) == getattr(first.case, name) for name in ("own_loading", "output", "indenter"))
     classified_alike = run.config.question.analysis == first.config.question.analysis
     return same and classified_alike and run.case.indenter is None
 
