@@ -317,7 +317,7 @@ def test_finer_grids_have_steps_and_an_order(stored, small_run, tmp_path):
     [
         *(
             pytest.param(name, marks=pytest.mark.nightly)
-            for name in ("fig4", "table2", "grid", "readings", "energy", "ablation")
+            for name in ("fig4", "table2", "grid", "readings", "energy", "ablation", "map")
         ),
         "fig5",
         "laws",

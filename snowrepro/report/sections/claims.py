@@ -106,10 +106,10 @@ def format_half_pressure(half: Crossing) -> str:
     if half.note:
         return half.note
     seeds = "one seed" if half.seeds == 1 else f"in all {half.seeds} seeds"
-    return f"{_format_bracket(half)}, {seeds}"
+    return f"{format_bracket(half)}, {seeds}"
 
 
-def _format_bracket(half: Crossing) -> str:
+def format_bracket(half: Crossing) -> str:
     """Format the pressures between which P50 is; a dash where they are not known."""
     if half.low is None:
         return "-" if half.high is None else f"below {half.high:g}"
@@ -156,7 +156,7 @@ def _tabulate_by_scene(evidence: Evidence, short: Mapping[str, str] | None = Non
             + "-" * (verdict.agrees is False)
             for verdict in scene.verdicts
         }
-        rows.append({"scene": scene.name, **words, "P50": _format_bracket(evidence.half_pressures[scene.name])})
+        rows.append({"scene": scene.name, **words, "P50": format_bracket(evidence.half_pressures[scene.name])})
     return pd.DataFrame(rows)
 
 
