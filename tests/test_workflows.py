@@ -2,6 +2,7 @@
 
 import os
 import shlex
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -11,6 +12,9 @@ import pytest
 import yaml
 
 from snowrepro.cli.main import build_parser
+from snowrepro.composition.experiments import list_in_paper_order, read_experiments
+from snowrepro.report.figures.kinds import find_figure
+from snowrepro.settings.question import Experiment
 
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / ".github" / "workflows"
@@ -94,3 +98,29 @@ def test_a_broken_workflow_is_reported(tmp_path, checker, right, wrong, told):
     code, message = checked(*checker, broken)
     assert code != 0
     assert told in message
+
+
+def read_make_list(name: str) -> set[str]:
+    """The words of a list in the Makefile."""
+    line = next(line for line in (ROOT / "Makefile").read_text().splitlines() if line.startswith(f"{name} :="))
+    return set(line.partition(":=")[2].split())
+
+
+def test_make_paper_has_every_experiment_of_the_paper():
+    """Those by which claims are judged with three seeds, the others with their own; none that needs no run."""
+    experiments = read_experiments()
+    kinds = {name: find_figure(Experiment.model_validate(experiments[name])) for name in list_in_paper_order()}
+    judged = {name for name, kind in kinds.items() if kind.is_judged}
+    assert read_make_list("JUDGED") == judged
+    assert read_make_list("STUDIES") == {name for name, kind in kinds.items() if kind.needs_runs} - judged
+
+
+@pytest.mark.skipif(shutil.which("make") is None, reason="there is no make")
+def test_make_paper_runs_them_and_make_plan_paper_runs_nothing():
+    """As make would do it, without doing it."""
+    said = {target: checked("make", "-n", target)[1] for target in ("paper", "plan-paper", "reproduce")}
+    assert "for name in fig5 fig6 grid; do .venv/bin/snowrepro claims experiment=$name" in said["paper"]
+    assert said["paper"].count("--no-report || test $? -eq 3; done") == 2  # a run that fails is an outcome
+    assert "||" not in said["reproduce"].partition("for name")[2]
+    assert " map " in said["paper"] and "snowrepro report" in said["paper"] and " map " not in said["reproduce"]
+    assert "snowrepro run" not in said["plan-paper"] and said["plan-paper"].count("snowrepro plan") == 2
