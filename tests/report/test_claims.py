@@ -14,6 +14,7 @@ from snowrepro.composition.compose import compose
 from snowrepro.evidence.claims import JudgedScene, judge_claims
 from snowrepro.evidence.gather import gather_evidence
 from snowrepro.report.figures.strip import Row
+from snowrepro.report.page.lead import make_columns
 from snowrepro.report.sections.claims import format_for_screen
 from snowrepro.report.sections.witness import describe_bodies
 from snowrepro.store.run import Run
@@ -226,3 +227,23 @@ def test_a_grid_without_runs_claims_nothing(judged):
     first = (report.evidence.folder / "index.md").read_text().split("![")[0]
     assert first.count("**NOT RUN** in all other scenes.") == 7
     assert "0 of 18 runs" not in first and "0 of 108 runs are done; **108 pending**" in first
+
+
+def test_the_answer_has_three_columns(judged, tmp_path):
+    """Of the two experiments with numbers like the paper's; C6 needs other scenes, and is named below the columns."""
+    reports = [judged(f"experiment={name}", PRESSURES)[0] for name in ("fig5", "fig6")]
+    table, undecided = make_columns([report.evidence for report in reports])
+    cells = {column: [text for text in table.frame[column] if text] for column in table.frame}
+    names = {column: [text.partition(".**")[0].lstrip("*") for text in texts] for column, texts in cells.items()}
+    assert names == {
+        "holds": ["C1", "C2", "C2-loose", "C3", "C4", "C4-loose", "C5"],
+        "holds only if": [],
+        "does not hold": [],
+    }
+    assert cells["holds"][0].endswith("*on Fig. 6, star on stair3; by choice of the pressures on Fig. 5, ball on L*")
+    assert undecided == "Not decided: C6 and C6-loose."
+    table, undecided = make_columns([judged("experiment=fig5", lumps=lambda run: 0.9)[0].evidence])
+    against = [text.partition(".**")[0].lstrip("*") for text in table.frame["does not hold"] if text]
+    assert against == ["C2", "C2-loose", "C4", "C4-loose"] and table.frame["holds only if"][0].startswith("**C3.**")
+    assert undecided == "Not decided: C1, C5, C6 and C6-loose."  # a step of none is neither up nor down
+    assert make_columns([]) == []

@@ -3,7 +3,11 @@
 import shlex
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import zip_longest
 
+import pandas as pd
+
+from ...evidence.answer import HOLDS, NOT, ONLY_IF, OPEN, Answer, answer_claims
 from ...evidence.claims import (
     NOT_RUN,
     STATES,
@@ -18,7 +22,7 @@ from ...quantities import DENSITY, PRESSURE, format_powers
 from ...settings.case import Case
 from ...settings.question import Claim
 from ...store import states
-from ..document import Block, Heading, Picture, Section, escape, format_code, format_list, join_names
+from ..document import Block, Heading, Picture, Section, Table, escape, format_code, format_list, join_names
 from ..figures.kinds import find_figure
 
 SHOWN_ABOVE = "The first picture of this section is at the top of the report."
@@ -43,7 +47,7 @@ def make_lead(
             "calibrated, or printed in the paper, is so without these changes."
         )
     if len(sections) > 1:
-        blocks.append(format_list(describe_scope(evidences, not_run)))
+        blocks += [*make_columns(judged), format_list(describe_scope(evidences, not_run))]
     if judged:
         blocks += [Heading("The claims"), format_list(describe_claims(judged))]
     if picture:
@@ -51,6 +55,31 @@ def make_lead(
     first = Section("summary", "Summary", blocks, command=chosen.command, runs=chosen.runs)
     others = [_take_picture_out(section, picture) if section is chosen else section for section in sections]
     return first, others
+
+
+def make_columns(judged: Sequence[Evidence]) -> list[Block]:
+    """Make the answer in three columns, a claim in each cell, and name the claims that nothing decides.
+
+    ``judged``: the experiments that claims are judged by; without any there is nothing to answer.
+    """
+    if not judged:
+        return []
+    answers = answer_claims(judged)
+    cells = {name: [_write_answer(each) for each in answers if each.column == name] for name in (HOLDS, ONLY_IF, NOT)}
+    table = pd.DataFrame([*zip_longest(*cells.values(), fillvalue="")], columns=[*cells])
+    caption = (
+        "By the words of the verdicts alone. Holds: reproduced in every scene judged, not only by the choice of its "
+        "pressures. Does not hold: contradicted, and reproduced nowhere. Holds only if: all else that is reproduced "
+        "somewhere."
+    )
+    blocks: list[Block] = [Table(table, caption)] if len(table) else []
+    undecided = [each.claim.name for each in answers if each.column == OPEN]
+    return [*blocks, f"Not decided: {escape(join_names(undecided, 'and'))}."] if undecided else blocks
+
+
+def _write_answer(answer: Answer) -> str:
+    """Write a claim with the scenes that put it into its column."""
+    return f"**{escape(answer.claim.name)}.** {escape(answer.claim.statement)} *{escape(answer.why)}*"
 
 
 def list_changed_settings(command: str) -> list[str]:

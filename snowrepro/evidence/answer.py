@@ -1,0 +1,87 @@
+"""The answer in three columns: which claims hold, which hold only under a condition, and which do not.
+
+The rule goes by the words of the verdicts alone, over all scenes that claims are judged by:
+
+- holds: REPRODUCED in each of them, and in one at least whose pressures were not chosen by the claim's own runs;
+- does not hold: REPRODUCED in none, and CONTRADICTED in one or more;
+- not decided: neither in any of them, or no runs;
+- holds only if: all else, with the scenes in which it holds as the condition.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ..settings.question import Claim
+from .claims import CONTRADICTED, REPRODUCED, Verdict
+from .gather import Evidence
+
+HOLDS, ONLY_IF, NOT, OPEN = "holds", "holds only if", "does not hold", "not decided"
+MOST_NAMED = 3  # scenes; of more it is said how many they are
+
+
+@dataclass(frozen=True)
+class Finding:
+    """The verdict on a claim in one scene, or over scenes; ``where``: the scene, in words."""
+
+    where: str
+    verdict: Verdict
+
+    @property
+    def is_test(self) -> bool:
+        """Whether the claim is reproduced without a choice of pressures that made it so."""
+        return self.verdict.word == REPRODUCED and not self.verdict.calibrated
+
+
+@dataclass(frozen=True)
+class Answer:
+    """In which column a claim stands, and ``why``: the scenes that put it there, in words."""
+
+    claim: Claim
+    column: str
+    why: str
+
+
+def answer_claims(judged: Sequence[Evidence]) -> list[Answer]:
+    """Sort the claims into the columns by the verdicts of some experiments; see the module's rule."""
+    claims = judged[0].runs[0].config.question.claims.list
+    findings = {
+        claim.name: [found for evidence in judged for found in find_verdicts(claim, evidence)] for claim in claims
+    }
+    return [sort_claim(claim, findings[claim.name]) for claim in claims]
+
+
+def find_verdicts(claim: Claim, evidence: Evidence) -> list[Finding]:
+    """Find the verdicts of an experiment on a claim: of each of its scenes, or the one over all."""
+    if claim.test == "scenes":
+        return [Finding("other scenes", verdict) for verdict in evidence.over_scenes if verdict.claim == claim.name]
+    name = f"{evidence.experiment.figure}, " if evidence.experiment.figure else ""
+    return [Finding(f"{name}{scene.name}", scene.verdict(claim.name)) for scene in evidence.scenes]
+
+
+def sort_claim(claim: Claim, findings: Sequence[Finding]) -> Answer:
+    """Sort a claim into a column by its verdicts."""
+    reproduced = [each for each in findings if each.verdict.word == REPRODUCED]
+    contradicted = [each for each in findings if each.verdict.word == CONTRADICTED]
+    others = [each for each in findings if each not in reproduced and each not in contradicted]
+    against = [("not on", contradicted), ("open on", others)]
+    if not reproduced:
+        why = _describe([("contradicted on", contradicted), ("open on", others)])
+        return Answer(claim, NOT if contradicted else OPEN, why)
+    if not any(each.is_test for each in reproduced):
+        return Answer(claim, ONLY_IF, _describe([("the pressures are chosen for it, as on", reproduced), *against]))
+    if len(reproduced) < len(findings):
+        return Answer(claim, ONLY_IF, _describe([("it is on", reproduced), *against]))
+    tests = [each for each in reproduced if each.is_test]
+    chosen = [each for each in reproduced if not each.is_test]
+    return Answer(claim, HOLDS, _describe([("on", tests), ("by choice of the pressures on", chosen)]))
+
+
+def _describe(groups: Sequence[tuple[str, Sequence[Finding]]]) -> str:
+    """Describe groups of scenes, each behind its words; groups without any are left out."""
+    return "; ".join(f"{words} {_list_places(group)}" for words, group in groups if group)
+
+
+def _list_places(findings: Sequence[Finding]) -> str:
+    """List scenes by name, or count them where they are many."""
+    places = list(dict.fromkeys(each.where for each in findings))
+    return " and ".join(places) if len(places) <= MOST_NAMED else f"{len(places)} scenes"
