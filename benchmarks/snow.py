@@ -8,6 +8,7 @@ import numpy as np
 from snowrepro.composition.compose import compose
 from snowrepro.mpm import diagnostics, solver
 from snowrepro.mpm.constants import Constants, make_constants
+from snowrepro.mpm.frame import Frame, read_outcomes
 from snowrepro.scene.build import build_scene
 from snowrepro.settings.case import Case
 
@@ -60,10 +61,10 @@ def start_snow(scene: str, spline: str, dx: float = 1.0, width: float = 1.0, fra
         solver.advance_frame(particles, nodes, ledger, constants, GRAVITY, 0.0, in_full)
         number += 1
         if in_full:
-            row = diagnostics.measure(solver.frame_of(number, particles, ledger), case, row)
-        if ledger.status[None] != 0:
+            row = diagnostics.measure(Frame(number, read_outcomes(ledger)[0], particles), case, row)
+        if ledger.status[0] != 0:
             raise RuntimeError(f"the benchmark's snow diverged in frame {number}")
-        return ledger.substeps[None]
+        return ledger.substeps[0]
 
     return Snow(
         case=case,

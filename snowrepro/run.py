@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
@@ -33,10 +34,12 @@ from .store.run import CHECKPOINT, LOG, Run, discard, has_failed_for_good
 from .summary.row import read_row
 
 if TYPE_CHECKING:
+    from .mpm.service import Address
     from .simulation import Progress
 
 log = logging.getLogger("snowrepro")
 PROGRESS_SECONDS = 0.5
+_service: ContextVar["Address | None"] = ContextVar("_service", default=None)
 MOST_WRITING = 20.0  # a checkpoint waits this many times what the last one took to write
 
 
@@ -64,8 +67,13 @@ def simulate(
             if on_frame:
                 on_frame(now)
 
-        dataset = solver.simulate_case(config.case, note_frame, resume, config.execution.threads)
+        dataset = solver.simulate_case(config.case, note_frame, resume, config.execution.threads, _service.get())
     return dataset.assign_attrs(config=json.dumps(config.settings()))
+
+
+def use_service(address: "Address") -> None:
+    """Have the runs of this process computed by another one, side by side with those of others."""
+    _service.set(address)
 
 
 def _solver() -> ModuleType:

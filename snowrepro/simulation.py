@@ -1,6 +1,6 @@
 """Run one case and describe its result as a Dataset that explains itself."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -10,9 +10,14 @@ import xarray as xr
 from . import units
 from .analysis.clusters import FRAMES, MEMBER, POSITION, Clusters, group_particles, locate_clusters, make_clusters
 from .analysis.rest import is_at_rest
+from .errors import Diverged
 from .mpm import diagnostics, ledger, solver
+from .mpm.batch import Batch, Follower
+from .mpm.frame import Frame
+from .mpm.service import Address
+from .mpm.service import frames as ask_service
 from .mpm.state import list_quantities
-from .scene.build import build_scene
+from .scene.build import Scene, build_scene
 from .settings.case import MODEL_VERSION, Case
 from .settings.laws import Stomakhin
 
@@ -33,7 +38,7 @@ class Record:
     track: list[np.ndarray] = field(default_factory=list)
     is_ended: bool = False
 
-    def add(self, frame: solver.Frame, case: Case) -> None:
+    def add(self, frame: Frame, case: Case) -> None:
         """Measure a frame, and keep its particles if they are to be stored."""
         if frame.number == 0:
             self.constants = {name: frame.read(name) for name in ("mass", "volume")}
@@ -81,8 +86,9 @@ def simulate_case(
     on_frame: Callable[[Progress], None] | None = None,
     resume: Mapping[str, np.ndarray] | None = None,
     threads: int = 1,
+    service: Address | None = None,
 ) -> xr.Dataset:
-    """Simulate one case.
+    """Simulate one case, here or by the ``service`` that computes many side by side.
 
     ``on_frame`` is called after each frame; what its ``checkpoint`` gave can be passed as ``resume`` to
     go on from there, to the same bits.  Returns a Dataset with dimensions ``frame`` (0 to the last, for
@@ -92,18 +98,57 @@ def simulate_case(
     """
     scene = build_scene(case)
     record = _unpack(resume, case) if resume else Record()
-    frames = () if record.is_ended else solver.frames(case, scene, resume, threads)
-    for frame in frames:
+    for frame in () if record.is_ended else _ask_frames(case, scene, resume, threads, service):
         record.add(frame, case)
         if on_frame:
             last = frame.number if record.is_ended else case.frames
-            on_frame(Progress(frame.number, last, frame.substeps, partial(_pack, record, frame)))
+            on_frame(Progress(frame.number, last, frame.outcome.substeps, partial(_pack, record, frame)))
         if record.is_ended:
             break
     return _describe(case, record)
 
 
-def _pack(record: Record, frame: solver.Frame) -> dict[str, np.ndarray]:
+def _ask_frames(
+    case: Case, scene: Scene, resume: Mapping[str, np.ndarray] | None, threads: int, service: Address | None
+) -> Iterator[Frame]:
+    """The frames of a case, from where they are computed."""
+    if service:
+        return ask_service(service, case, scene, resume)
+    return solver.frames(case, scene, resume, threads)
+
+
+def simulate_cases(cases: Sequence[Case], threads: int = 1) -> Iterator[tuple[int, xr.Dataset | Diverged]]:
+    """Simulate cases side by side, to the bits that each has alone.
+
+    Yields, as each ends, its place in ``cases`` with its Dataset, as ``simulate_case`` returns it, or with why it
+    stopped being a simulation.  Raises ConfigError where they do not fit together: see ``mpm.batch``.
+    """
+    scenes = [build_scene(case) for case in cases]
+    batch = Batch(cases, scenes, [None] * len(cases), threads)
+    followers = [
+        Follower(case, scene, partial(batch.read_case, i))
+        for i, (case, scene) in enumerate(zip(cases, scenes, strict=True))
+    ]
+    records = [Record() for _ in cases]
+    told = batch.start()
+    while told or batch.is_under_way():
+        forces = {}
+        for i, news in told.items():
+            try:
+                records[i].add(followers[i].take(news), cases[i])
+            except Diverged as error:
+                yield i, error
+                continue
+            if records[i].is_ended:
+                yield i, _describe(cases[i], records[i])
+            else:
+                forces[i] = followers[i].press()
+        batch.begin(forces)
+        batch.launch()
+        told = batch.collect()
+
+
+def _pack(record: Record, frame: Frame) -> dict[str, np.ndarray]:
     """The record and the frame's checkpoint as named arrays."""
     rows = {f"row {name}": np.array([row[name] for row in record.rows]) for name in record.rows[0]}
     stored = {f"stored {name}": np.stack(values) for name, values in record.stored.items()}

@@ -3,8 +3,9 @@
 Hydra scans this module in every application of the environment, so heavy imports wait until use.
 """
 
+import contextlib
 import functools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -32,9 +33,20 @@ class LocalLauncherConf:
     retries: int = 1
 
 
-ConfigStore.instance().store(
-    group="hydra/launcher", name="local", node=LocalLauncherConf, provider="snowrepro_launcher"
-)
+@dataclass
+class BatchLauncherConf(LocalLauncherConf):
+    """Settings of the launcher where one process computes the runs of all others side by side.
+
+    ``most``: cases in one launch; ``threads`` that it computes on, 0 for all cores.
+    """
+
+    _target_: str = "hydra_plugins.snowrepro_launcher.local.BatchLauncher"
+    most: int = 256
+    threads: int = 0
+
+
+for _name, _node in {"local": LocalLauncherConf, "batch": BatchLauncherConf}.items():
+    ConfigStore.instance().store(group="hydra/launcher", name=_name, node=_node, provider="snowrepro_launcher")
 
 
 class LocalLauncher(Launcher):
@@ -47,6 +59,7 @@ class LocalLauncher(Launcher):
         self.memory_gb = memory_gb
         self.time_limit_minutes = time_limit_minutes
         self.retries = retries
+        self.service: Any = None
         self.config: DictConfig | None = None
         self.task_function: TaskFunction | None = None
         self.hydra_context: HydraContext | None = None
@@ -72,9 +85,13 @@ class LocalLauncher(Launcher):
             label = " ".join(o for o in filter_overrides(overrides) if o not in common) or f"job {index}"
             jobs.append(Job(label, functools.partial(self._prepare_job, overrides, index)))
         limits = Limits(self._choose_workers(len(jobs)), 60.0 * self.time_limit_minutes, self.retries)
-        with SweepTable(len(jobs), limits.workers) as table:
+        with self._start_service(), SweepTable(len(jobs), limits.workers) as table:
             run_jobs(jobs, limits, table)
         return [_make_job_return(job.result) for job in jobs]
+
+    def _start_service(self) -> contextlib.AbstractContextManager[None]:
+        """Start what the jobs need beside their own processes: nothing."""
+        return contextlib.nullcontext()
 
     def _choose_workers(self, jobs: int) -> int:
         """Choose how many of ``jobs`` run at a time: as set, or as cores and memory allow; at least one."""
@@ -98,8 +115,34 @@ class LocalLauncher(Launcher):
             config.hydra.job.id = f"{config.hydra.job.name}_{index}"
             config.hydra.job.num = index
         _tie_to_store(job, config)
-        call = functools.partial(execute, self.hydra_context, self.task_function, config, Singleton.get_state())
+        call = functools.partial(
+            execute, self.hydra_context, self.task_function, config, Singleton.get_state(), self.service
+        )
         return cloudpickle.dumps(call)
+
+
+class BatchLauncher(LocalLauncher):
+    """Runs the jobs of a sweep in processes of this machine, for which one process computes, side by side."""
+
+    def __init__(self, most: int = 256, threads: int = 0, **settings: Any) -> None:
+        super().__init__(**settings)
+        self.most = most
+        self.threads = threads
+
+    def _choose_workers(self, jobs: int) -> int:
+        """Choose how many of ``jobs`` there are at a time: they hardly compute, and wait for each other's frames."""
+        from snowrepro.sweep.processes import free_memory
+
+        fitting = int(free_memory() / (1e9 * self.memory_gb)) if self.memory_gb else jobs
+        return max(1, min(jobs, self.workers or min(self.most, fitting)))
+
+    @contextlib.contextmanager
+    def _start_service(self) -> Iterator[None]:
+        """Start the process that computes, for as long as the jobs run."""
+        from snowrepro.sweep.together import start_service
+
+        with start_service(self.threads, self.most) as self.service:
+            yield
 
 
 class TaskFailed(Exception):
@@ -112,9 +155,17 @@ class TaskFailed(Exception):
 
 
 def execute(
-    hydra_context: HydraContext, task_function: TaskFunction, config: DictConfig, singletons: dict[Any, Any]
+    hydra_context: HydraContext,
+    task_function: TaskFunction,
+    config: DictConfig,
+    singletons: dict[Any, Any],
+    service: Any = None,
 ) -> JobReturn:
-    """Run one job; called in the fresh process.  Raises TaskFailed."""
+    """Run one job, computed by ``service`` if there is one; called in the fresh process.  Raises TaskFailed."""
+    if service:
+        from snowrepro.run import use_service
+
+        use_service(service)
     setup_globals()
     Singleton.set_state(singletons)
     returned = run_job(

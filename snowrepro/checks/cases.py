@@ -6,6 +6,8 @@ import numpy as np
 
 from ..composition.compose import compose
 from ..mpm import solver
+from ..mpm.frame import Frame
+from ..mpm.state import Particles
 from ..scene.build import Scene, build_scene
 from ..settings.case import Case
 from ..settings.config import Config
@@ -70,18 +72,19 @@ def observe_run(case: Case, rounding: np.random.Generator | None = None) -> dict
     for frame in solver.frames(case, scene):
         if frame.number in list_watched_frames(case):
             states[frame.number] = {name: frame.read(name)[order] for name in OBSERVED}
-            states[frame.number]["totals"] = np.array(list(frame.totals.values()))
+            states[frame.number]["totals"] = np.array(list(frame.outcome.totals.values()))
         if rounding is not None:
             for name in ROUNDED:
                 values = frame.read(name)
                 ulps = rounding.integers(-ULPS, ULPS, size=values.shape, endpoint=True)
+                assert isinstance(frame.particles, Particles)
                 frame.particles.write(name, values + ulps * np.spacing(values))
     return states
 
 
 def simulate_to_end(
     config: Config, scene: Scene | None = None, resume: Mapping[str, np.ndarray] | None = None
-) -> solver.Frame:
+) -> Frame:
     """Simulate to the last frame and return it.
 
     ``scene``: where it is not the one that the configuration describes; ``resume``: a checkpoint to go on from.
@@ -92,7 +95,7 @@ def simulate_to_end(
     return last
 
 
-def read_state(frame: solver.Frame) -> State:
+def read_state(frame: Frame) -> State:
     """Read every quantity of every particle from a frame, in the solver's order."""
     return {quantity.name: frame.read(quantity.name) for quantity in frame.particles.quantities}
 

@@ -1,12 +1,21 @@
-"""Quantities of particles into an array and back: one kernel each way, instead of one for every field.
+"""What fields hold into an array and back: one kernel each way, instead of one for every field.
 
 Columns of the array are the components of the quantities in the order of their table.  Only those from ``first`` on and
 before ``last`` are copied, so that a single quantity takes no kernel of its own.
 """
 
+import itertools
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import taichi as ti
+
+from .cases import CHUNK
+from .ledger import TOTALS
+
+FIRST_TOTAL = 8  # column of the first of TOTALS in an outcome
 
 
 @dataclass(frozen=True)
@@ -19,34 +28,107 @@ class Columns:
     last: int
 
 
+@ti.data_oriented
+class Selection:
+    """Some quantities of ``state.Particles``, side by side in ``width`` columns; ``places``: where each stands."""
+
+    def __init__(self, particles: Any, names: Sequence[str]) -> None:
+        shapes = {name: particles.shapes[name] for name in names}
+        ends = tuple(itertools.accumulate(map(math.prod, shapes.values()), initial=0))
+        self.width = ends[-1]
+        self.shapes = shapes
+        self.places = dict(zip(names, itertools.pairwise(ends), strict=True))
+        self.columns = tuple(Columns(getattr(particles, name), shapes[name], *self.places[name]) for name in names)
+
+
 @ti.kernel
 def copy_out(particles: ti.template(), values: ti.types.ndarray(dtype=ti.f64, ndim=2), first: ti.i32, last: ti.i32):
     """Copy quantities of all particles to ``values`` (n, last - first)."""
     for p in range(particles.count):
         for columns in ti.static(particles.columns):
             if first <= columns.first and columns.last <= last:
-                for k in ti.static(range(columns.last - columns.first)):
-                    column = columns.first - first + k
-                    if ti.static(len(columns.shape) == 0):
-                        values[p, column] = columns.field[p]
-                    elif ti.static(len(columns.shape) == 1):
-                        values[p, column] = columns.field[p][k]
-                    else:
-                        values[p, column] = columns.field[p][k // columns.shape[1], k % columns.shape[1]]
+                put(columns, p, values, p, first)
 
 
 @ti.kernel
 def copy_in(particles: ti.template(), values: ti.types.ndarray(dtype=ti.f64, ndim=2), first: ti.i32, last: ti.i32):
     """Copy ``values`` (n, last - first) to quantities of all particles; the padding repeats the last one."""
     for slot in range(particles.slots):
-        p = ti.min(slot, particles.count - 1)
         for columns in ti.static(particles.columns):
             if first <= columns.first and columns.last <= last:
-                for k in ti.static(range(columns.last - columns.first)):
-                    value = ti.cast(values[p, columns.first - first + k], float)
-                    if ti.static(len(columns.shape) == 0):
-                        columns.field[slot] = value
-                    elif ti.static(len(columns.shape) == 1):
-                        columns.field[slot][k] = value
-                    else:
-                        columns.field[slot][k // columns.shape[1], k % columns.shape[1]] = value
+                take(columns, slot, values, ti.min(slot, particles.count - 1), first)
+
+
+@ti.kernel
+def copy_cases_out(
+    selection: ti.template(),
+    cases: ti.template(),
+    rows: ti.types.ndarray(dtype=ti.i32, ndim=1),
+    values: ti.types.ndarray(dtype=ti.f64, ndim=2),
+):
+    """Copy a selection of quantities of some cases to ``values``; ``rows``: where each begins in it, or below zero."""
+    for p in range(cases.slots):
+        case = cases.of_particle(p)
+        if rows[case] >= 0 and p < cases.end(case):
+            row = rows[case] + p - cases.chunks_of(case)[0] * CHUNK
+            for columns in ti.static(selection.columns):
+                put(columns, p, values, row, 0)
+
+
+@ti.kernel
+def copy_cases_in(
+    selection: ti.template(),
+    cases: ti.template(),
+    rows: ti.types.ndarray(dtype=ti.i32, ndim=1),
+    values: ti.types.ndarray(dtype=ti.f64, ndim=2),
+):
+    """Copy ``values`` to a selection of quantities of some cases; the padding of each repeats its last particle."""
+    for slot in range(cases.slots):
+        case = cases.of_particle(slot)
+        if rows[case] >= 0:
+            row = rows[case] + ti.min(slot, cases.end(case) - 1) - cases.chunks_of(case)[0] * CHUNK
+            for columns in ti.static(selection.columns):
+                take(columns, slot, values, row, 0)
+
+
+@ti.kernel
+def copy_outcomes(ledger: ti.template(), values: ti.types.ndarray(dtype=ti.f64, ndim=2)):
+    """Copy what the ledger says of each case to a row of ``values``: the fields of ``frame.Outcome``, then TOTALS."""
+    for case in range(ledger.cases.number):
+        for column, field in ti.static(
+            enumerate(
+                (
+                    ledger.status, ledger.particle, ledger.under_way, ledger.substeps, ledger.ended_inside,
+                    ledger.elapsed, ledger.smallest_step, ledger.top_speed2,
+                )
+            )
+        ):  # fmt: skip
+            values[case, column] = ti.cast(field[case], ti.f64)
+        for k in ti.static(range(len(TOTALS))):
+            values[case, FIRST_TOTAL + k] = ledger.totals[case][k]
+
+
+@ti.func
+def put(columns: ti.template(), p, values: ti.template(), row, first):
+    """Put a quantity of particle p into a row of ``values``, whose columns are counted from ``first``."""
+    for k in ti.static(range(columns.last - columns.first)):
+        column = columns.first - first + k
+        if ti.static(len(columns.shape) == 0):
+            values[row, column] = columns.field[p]
+        elif ti.static(len(columns.shape) == 1):
+            values[row, column] = columns.field[p][k]
+        else:
+            values[row, column] = columns.field[p][k // columns.shape[1], k % columns.shape[1]]
+
+
+@ti.func
+def take(columns: ti.template(), p, values: ti.template(), row, first):
+    """Take a quantity of particle p from a row of ``values``, whose columns are counted from ``first``."""
+    for k in ti.static(range(columns.last - columns.first)):
+        value = ti.cast(values[row, columns.first - first + k], float)
+        if ti.static(len(columns.shape) == 0):
+            columns.field[p] = value
+        elif ti.static(len(columns.shape) == 1):
+            columns.field[p][k] = value
+        else:
+            columns.field[p][k // columns.shape[1], k % columns.shape[1]] = value

@@ -1,14 +1,23 @@
 """What Taichi really computes on, as it says itself."""
 
+from contextvars import ContextVar
+
 import taichi as ti
 
 from ..errors import ConfigError
+
+_elsewhere = ContextVar("_elsewhere", default="")  # what another process computes on for this one
+
+
+def note_elsewhere(device: str) -> None:
+    """Take note of what another process computes on for this one, as its ``read_device`` says."""
+    _elsewhere.set(device)
 
 
 def read_device() -> str:
     """The architecture that Taichi has started on, such as x64, arm64 or cuda; empty before it has started."""
     program = ti.lang.impl.get_runtime().prog
-    return str(program.config().arch.name) if program else ""
+    return _elsewhere.get() or (str(program.config().arch.name) if program else "")
 
 
 def require_device(device: str) -> None:

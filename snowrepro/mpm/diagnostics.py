@@ -10,8 +10,8 @@ import numpy as np
 from ..analysis.hardness import measure_height
 from ..settings.case import Case
 from ..settings.laws import Stomakhin
+from .frame import Frame
 from .ledger import CAUSES, ENERGIES, WORKS, meaning
-from .solver import Frame
 
 
 def measure(frame: Frame, case: Case, before: Mapping[str, float] | None) -> dict[str, float]:
@@ -38,13 +38,13 @@ def _describe_end(frame: Frame, case: Case) -> dict[str, float]:
     gravity = case.gravity_in(frame.number)
     momentum = mass @ velocity
     row = {
-        "substeps": frame.substeps,
-        "smallest_step": frame.smallest_step,
+        "substeps": frame.outcome.substeps,
+        "smallest_step": frame.outcome.smallest_step,
         "total_mass": float(mass.sum()),
         "momentum_x": float(momentum[0]),
         "momentum_y": float(momentum[1]),
-        "kinetic_energy": frame.totals["kinetic_energy"],
-        "elastic_energy": frame.totals["elastic_energy"],
+        "kinetic_energy": frame.outcome.totals["kinetic_energy"],
+        "elastic_energy": frame.outcome.totals["elastic_energy"],
         "gravitational_energy": float(gravity * (mass * position[:, 1]).sum()),
         "top_speed": float(np.sqrt((velocity**2).sum(axis=1).max())),
         "mean_density": float(density.mean()),
@@ -58,7 +58,7 @@ def _describe_end(frame: Frame, case: Case) -> dict[str, float]:
         "hardening_capped": int((exponent >= high).sum()),
         "hardening_floored": int((exponent <= low).sum()),
         "volume_bounded": int(((J_P <= reading.plastic_volume[0]) | (J_P >= reading.plastic_volume[1])).sum()),
-        "ended_inside": frame.ended_inside,
+        "ended_inside": frame.outcome.ended_inside,
     }
     if frame.test:
         row |= {"indenter_depth": frame.test.depth, "indenter_force": frame.test.force}
@@ -77,7 +77,7 @@ def _find_works(
     """What each of CAUSES gave to the snow's energy from a frame's ``start`` to its end, the ``row``."""
     fallen = start["centre_height"] - row["centre_height"]
     booked = {
-        **frame.totals,
+        **frame.outcome.totals,
         "potential_drop": case.gravity_in(frame.number) * row["total_mass"] * fallen,
         "kinetic_gain": row["kinetic_energy"] - start["kinetic_energy"],
         "kinetic_stop": before["kinetic_energy"] - start["kinetic_energy"],
@@ -98,5 +98,5 @@ def _find_unclosed(
     steady = (frame.read("mass") @ frame.read("force") - weight) * case.loading.frame_time
     for axis, given in zip("xy", steady, strict=True):
         change = row[f"momentum_{axis}"] - start[f"momentum_{axis}"]
-        unclosed[f"unclosed_momentum_{axis}"] = float(change - given - frame.totals[f"impulse_{axis}"])
+        unclosed[f"unclosed_momentum_{axis}"] = float(change - given - frame.outcome.totals[f"impulse_{axis}"])
     return unclosed

@@ -19,42 +19,42 @@ DAMPING = 1.0  # of a dashpot, in mass / dt: critical for that stiffness
 
 
 @ti.func
-def press(p, particles: ti.template(), nodes: ti.template(), constants: ti.template(), dt):
+def press(p, part, particles: ti.template(), nodes: ti.template(), constants: ti.template(), dt):
     """Give the nodes around particle p what the floor gives it in a substep, and keep its elastic slip."""
     slip = ti.Vector([0.0, 0.0])
     position = particles.position[p]
-    if contact.near_floor(position, nodes, constants):
-        distance, normal = contact.floor_at(position, nodes, constants)
+    if contact.near_floor(position, part, nodes, constants):
+        distance, normal = contact.floor_at(position, part, nodes, constants)
         if distance < constants.reach:
             arm = -constants.reach * normal
             spread = constants.inertia * constants.dx**2
             velocity = particles.velocity[p] + particles.affine[p] @ arm / spread
-            # The point of contact gives way to an impulse like this part of the mass, as the particle deforms too.
-            part = 1.0 / (1.0 + constants.reach**2 / spread)
+            # The point of contact gives way to an impulse like this share of the mass, as the particle deforms too.
+            share = 1.0 / (1.0 + constants.reach**2 / spread)
             inward = velocity.dot(normal)
             sliding = velocity - inward * normal
             slip = particles.slip[p] - particles.slip[p].dot(normal) * normal + dt * sliding
-            push = part * ti.max(0.0, STIFFNESS / dt * (constants.reach - distance) - DAMPING * inward)
-            rub = -part * (STIFFNESS / dt * slip + DAMPING * sliding)
+            push = share * ti.max(0.0, STIFFNESS / dt * (constants.reach - distance) - DAMPING * inward)
+            rub = -share * (STIFFNESS / dt * slip + DAMPING * sliding)
             most = constants.friction * push
             if rub.norm() > most:
                 rub *= most / (rub.norm() + TINY)
-                slip = -(rub / part + DAMPING * sliding) * (dt / STIFFNESS)
-            add_push(position, particles.mass[p] * (push * normal + rub), arm, nodes, constants)
+                slip = -(rub / share + DAMPING * sliding) * (dt / STIFFNESS)
+            add_push(position, part, particles.mass[p] * (push * normal + rub), arm, nodes, constants)
     particles.slip[p] = slip
 
 
 @ti.func
-def add_push(position, impulse, arm, nodes: ti.template(), constants: ti.template()):
+def add_push(position, part, impulse, arm, nodes: ti.template(), constants: ti.template()):
     """Add an impulse that acts at ``position + arm`` to the nodes around ``position``."""
     base, offset = splines.stencil(position / constants.dx, constants.spline)
     wx = splines.weights(offset[0], constants.spline)
     wy = splines.weights(offset[1], constants.spline)
     lever = arm / (constants.inertia * constants.dx)
     for i, j in ti.static(ti.ndrange(constants.nodes, constants.nodes)):
-        node = ti.Vector([base[0] + i, base[1] + j])
-        share = wx[i] * wy[j] * (1.0 + lever[0] * (i - offset[0]) + lever[1] * (j - offset[1]))
-        transfer.add(nodes.push, nodes.fixed_push, node, share * impulse, constants.momentum_quantum, constants)
+        node = ti.Vector([part[0] + base[0] + i, base[1] + j])
+        weight = wx[i] * wy[j] * (1.0 + lever[0] * (i - offset[0]) + lever[1] * (j - offset[1]))
+        transfer.add(nodes.push, nodes.fixed_push, node, weight * impulse, constants.momentum_quantum, constants)
 
 
 @ti.func

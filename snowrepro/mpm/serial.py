@@ -26,7 +26,7 @@ def advance_frame(
     """
     ti.loop_config(serialize=True)
     for _ in range(1):
-        steps.begin_frame(ledger, constants)
+        steps.begin_frame(0, ledger, constants)
         for p in range(particles.count):
             steps.clear_particle_accounts(p, particles, nodes, constants)
         for i, j in ti.ndrange(nodes.size[0], nodes.size[1]):
@@ -35,20 +35,20 @@ def advance_frame(
         while under_way:
             for group in range(particles.lane_groups):  # behind the last substep too: what is stored has yielded
                 steps.update_stress(group, particles, constants)
-            under_way = steps.goes_on(ledger)
+            under_way = steps.goes_on(0, ledger)
             if under_way:
-                survey(particles, nodes, ledger, constants)
-                steps.choose_time_step(ledger, constants)
-                under_way = ledger.status[None] == RUNNING
+                survey(particles, ledger, constants)
+                steps.choose_time_step(0, ledger, constants)
+                under_way = ledger.status[0] == RUNNING
             if under_way:
                 advance_substep(particles, nodes, ledger, constants, gravity, damping, sinters)
-        if ledger.status[None] == RUNNING:
+        if ledger.status[0] == RUNNING:
             for p in range(particles.count):
                 particles.von_mises[p] = steps.von_mises(p, particles, constants)
 
 
 @ti.func
-def survey(particles: ti.template(), nodes: ti.template(), ledger: ti.template(), constants: ti.template()):
+def survey(particles: ti.template(), ledger: ti.template(), constants: ti.template()):
     """Find the first particle that is not sound, the fastest wave, and the nodes in use."""
     culprit = steps.NOBODY
     fastest = 0.0
@@ -59,12 +59,12 @@ def survey(particles: ti.template(), nodes: ti.template(), ledger: ti.template()
         low = ti.min(low, cell)
         high = ti.max(high, cell)
         fastest = ti.max(fastest, particles.wave_speed2[p])
-        if not steps.is_sound(p, particles, nodes, constants):
+        if not steps.is_sound(p, ledger.cases.part(0), particles, constants):
             culprit = ti.min(culprit, p)
-    ledger.particle[None] = culprit
-    ledger.wave_speed2[None] = fastest
-    ledger.low[None] = low - 2
-    ledger.high[None] = high + 4
+    ledger.particle[0] = culprit
+    ledger.wave_speed2[0] = fastest
+    ledger.low[0] = low - 2
+    ledger.high[0] = high + 4
 
 
 @ti.func
@@ -78,15 +78,16 @@ def advance_substep(
     sinters,
 ):
     """The nine steps, on the nodes in use; stresses are up to date."""
-    dt, low, high = ledger.dt[None], ledger.low[None], ledger.high[None]
+    dt, low, high = ledger.dt[0], ledger.low[0], ledger.high[0]
+    part = ledger.cases.part(0)
     for i, j in ti.ndrange((low[0], high[0]), (low[1], high[1])):
         steps.clear(i, j, nodes, constants)
     for block in range(particles.blocks):
-        transfer.block_to_grid(block, particles, nodes, constants, dt)  # steps 1 and 3
+        transfer.block_to_grid(block, part, particles, nodes, constants, dt)  # steps 1 and 3
     if ti.static(constants.springs):
         for p in range(particles.count):
-            penalty.press(p, particles, nodes, constants, dt)
-    if sinters and (constants.every_substep or ledger.substeps[None] == 1):
+            penalty.press(p, part, particles, nodes, constants, dt)
+    if sinters and (constants.every_substep or ledger.substeps[0] == 1):
         for p in range(particles.count):
             steps.sinter(p, particles, constants, dt)
     for i, j in ti.ndrange((low[0], high[0]), (low[1], high[1])):
@@ -94,26 +95,26 @@ def advance_substep(
     top_speed2 = 0.0
     ended_inside = 0
     for p in range(particles.count):
-        speed2, inside = steps.step_6_to_9_particle(p, particles, nodes, constants, dt, gravity)
+        speed2, inside = steps.step_6_to_9_particle(p, part, particles, nodes, constants, dt, gravity)
         top_speed2 = ti.max(top_speed2, speed2)
         ended_inside += inside
     if ti.static(constants.indents):
         indenter.move(nodes.indenter, dt)
-    ledger.top_speed2[None] = top_speed2
-    ledger.ended_inside[None] += ended_inside
+    ledger.top_speed2[0] = top_speed2
+    ledger.ended_inside[0] += ended_inside
 
 
 @ti.kernel
-def step_2_volume(particles: ti.template(), nodes: ti.template(), constants: ti.template()):
+def step_2_volume(particles: ti.template(), nodes: ti.template(), ledger: ti.template(), constants: ti.template()):
     """Step 2, at the first substep only: particle density on the grid and from it the volume (Stomakhin)."""
     ti.loop_config(serialize=True)
     for _ in range(1):
         for i, j in ti.ndrange(nodes.size[0], nodes.size[1]):
             steps.clear(i, j, nodes, constants)
         for block in range(particles.blocks):
-            transfer.block_to_grid(block, particles, nodes, constants, 0.0)
+            transfer.block_to_grid(block, ledger.cases.part(0), particles, nodes, constants, 0.0)
         for i, j in ti.ndrange(nodes.size[0], nodes.size[1]):
             transfer.collect(i, j, nodes, constants)
         for p in range(particles.count):
-            density = transfer.grid_mass_at(p, particles, nodes, constants) / constants.dx**2
+            density = transfer.grid_mass_at(p, ledger.cases.part(0), particles, nodes, constants) / constants.dx**2
             particles.volume[p] = particles.mass[p] / density

@@ -5,7 +5,7 @@ A material law adds the quantities that it declares itself: ``list_quantities``.
 
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -17,12 +17,12 @@ from ..laws.choose import make_material
 from ..laws.quantity import Quantity
 from ..scene.build import Scene
 from ..settings.case import Case, Material
+from .cases import LANES, Cases
 from .copies import Columns, copy_in, copy_out
 from .indenter import Indenter
 from .ledger import NODE, PARTICLE, TOTALS, accounts_of
 from .splines import MOST_NODES
 
-LANES = 8  # particles that the straight-line laws handle at once; arrays are padded to a multiple
 BLOCK = 32  # particles whose shares are worked out before they are added to the grid
 
 
@@ -55,6 +55,12 @@ SHAPES = {quantity.name: quantity.shape for quantity in PARTICLE_STATE}
 def list_quantities(case: Case) -> tuple[Quantity, ...]:
     """All quantities of a case's particles: those of every run, and what its material law keeps."""
     return (*PARTICLE_STATE, *make_material(case).STATE)
+
+
+def make_first_values(quantities: Sequence[Quantity], scene: Scene, material: Material) -> dict[str, np.ndarray]:
+    """The first value of each quantity of a scene's particles, by name: undeformed and at rest."""
+    count = len(scene.positions)
+    return {q.name: np.broadcast_to(q.first(scene, material), (count, *q.shape)) for q in quantities}
 
 
 def _field(shape: tuple[int, ...], size: int | tuple[int, ...], kind: Any = float) -> ti.Field:
@@ -106,8 +112,9 @@ class Shares:
 class Particles:
     """The fields of PARTICLE_STATE and of a law's ``own`` quantities as attributes.
 
-    ``count`` particles, padded to whole lanes.  ``history``: the fields that a material law changes, J_P first;
-    ``books``: of what each cause gave in the frame; ``shares``: of a block of particles, or of all of them.
+    ``count`` particles, padded to whole lane groups of ``lanes`` each.  ``history``: the fields that a material law
+    changes, J_P first; ``books``: of what each cause gave in the frame; ``shares``: of a block of particles, or of all
+    of them.
     """
 
     if TYPE_CHECKING:
@@ -115,11 +122,12 @@ class Particles:
         def __getattr__(self, name: str) -> Any:
             """Return the field of a quantity."""
 
-    def __init__(self, count: int, own: tuple[Quantity, ...] = (), in_blocks: bool = True) -> None:
+    def __init__(self, count: int, own: tuple[Quantity, ...] = (), in_blocks: bool = True, lanes: int = LANES) -> None:
         self.count = count
-        self.lane_groups = -(-count // LANES)
+        self.lanes = lanes
+        self.lane_groups = -(-count // lanes)
         self.blocks = -(-count // BLOCK)
-        self.slots = self.lane_groups * LANES
+        self.slots = self.lane_groups * lanes
         self.quantities = (*PARTICLE_STATE, *own)
         for quantity in self.quantities:
             setattr(self, quantity.name, _field(quantity.shape, self.slots))
@@ -153,9 +161,7 @@ class Particles:
 
     def start(self, scene: Scene, material: Material) -> None:
         """Give each quantity its first value: undeformed and at rest."""
-        self.write_all(
-            {q.name: np.broadcast_to(q.first(scene, material), (self.count, *q.shape)) for q in self.quantities}
-        )
+        self.write_all(make_first_values(self.quantities, scene, material))
 
 
 @ti.data_oriented
@@ -198,25 +204,29 @@ RUNNING, UNSOUND_PARTICLE, TOO_MANY_SUBSTEPS = range(3)
 
 @ti.data_oriented
 class Ledger:
-    """What a frame reports back, and what its substeps hand on.
+    """What a frame of each of the ``cases`` reports back, and what its substeps hand on.
 
     The outcome (``status``, ``particle`` at fault), whether substeps are to come (``under_way``), ``elapsed``
     time, number and smallest of the substeps, how many particles ended inside the floor; of the substep under
-    way the fastest wave and particle, the nodes in use from ``low`` to ``high``, and its length ``dt``; and the
-    frame's TOTALS.
+    way whether there is one (``active``), the fastest wave and particle, the nodes in use from ``low`` to ``high``, and
+    its length ``dt``; and the frame's TOTALS.  What acts in the frame: ``gravity``, ``damping``, ``sinters``.
+    ``fastest_...``: where threads find the largest of a square of speeds, see ``parallel.as_integer``; ``chunk_totals``
+    and ``column_totals``: of each chunk of particles and column of nodes.
     """
 
-    def __init__(self) -> None:
-        self.status = ti.field(ti.i32, shape=())
-        self.particle = ti.field(ti.i32, shape=())
-        self.substeps = ti.field(ti.i32, shape=())
-        self.ended_inside = ti.field(ti.i32, shape=())
-        self.under_way = ti.field(ti.i32, shape=())
-        self.elapsed = ti.field(float, shape=())
-        self.smallest_step = ti.field(float, shape=())
-        self.dt = ti.field(float, shape=())
-        self.top_speed2 = ti.field(float, shape=())
-        self.wave_speed2 = ti.field(float, shape=())
-        self.low = ti.Vector.field(2, ti.i32, shape=())
-        self.high = ti.Vector.field(2, ti.i32, shape=())
-        self.totals = ti.Vector.field(len(TOTALS), ti.f64, shape=())
+    def __init__(self, cases: Cases, by_threads: bool = False) -> None:
+        self.cases = cases
+        number = cases.number
+        self.status, self.particle, self.substeps, self.ended_inside, self.under_way, self.active, self.sinters = (
+            ti.field(ti.i32, shape=number) for _ in range(7)
+        )
+        self.elapsed, self.smallest_step, self.dt, self.top_speed2, self.wave_speed2, self.gravity, self.damping = (
+            ti.field(float, shape=number) for _ in range(7)
+        )
+        self.low, self.high = (ti.Vector.field(2, ti.i32, shape=number) for _ in range(2))
+        self.totals = ti.Vector.field(len(TOTALS), ti.f64, shape=number)
+        self.fastest_wave, self.fastest_particle = (ti.field(ti.i64, shape=number) for _ in range(2))
+        chunks, columns = (cases.chunks, cases.grid[0]) if by_threads else (1, 1)
+        self.chunk_totals, self.column_totals = (
+            ti.Vector.field(len(TOTALS), ti.f64, shape=n) for n in (chunks, columns)
+        )

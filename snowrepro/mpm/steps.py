@@ -7,22 +7,22 @@ import taichi as ti
 
 from ..physics import elasticity
 from . import contact, indenter, penalty, transfer
-from .state import LANES, RUNNING, TOO_MANY_SUBSTEPS, UNSOUND_PARTICLE
+from .state import RUNNING, TOO_MANY_SUBSTEPS, UNSOUND_PARTICLE
 
 HUGE = 1e30  # beyond what any sound quantity reaches, within what f32 holds
 NOBODY = 2**31 - 1
 
 
 @ti.func
-def begin_frame(ledger: ti.template(), constants: ti.template()):
-    """Nothing has happened yet."""
-    ledger.status[None] = RUNNING
-    ledger.particle[None] = NOBODY
-    ledger.substeps[None] = 0
-    ledger.ended_inside[None] = 0
-    ledger.elapsed[None] = 0.0
-    ledger.under_way[None] = 1
-    ledger.smallest_step[None] = constants.frame_time
+def begin_frame(case, ledger: ti.template(), constants: ti.template()):
+    """Nothing has happened yet in the frame of a case."""
+    ledger.status[case] = RUNNING
+    ledger.particle[case] = NOBODY
+    ledger.substeps[case] = 0
+    ledger.ended_inside[case] = 0
+    ledger.elapsed[case] = 0.0
+    ledger.under_way[case] = 1
+    ledger.smallest_step[case] = constants.frame_time
 
 
 @ti.func
@@ -44,25 +44,26 @@ def clear_node_accounts(i, j, nodes: ti.template(), constants: ti.template()):
 
 
 @ti.func
-def goes_on(ledger: ti.template()):
-    """Whether the frame has a substep to come."""
-    return ledger.status[None] == RUNNING and ledger.under_way[None] == 1
+def goes_on(case, ledger: ti.template()):
+    """Whether the frame of a case has a substep to come."""
+    return ledger.status[case] == RUNNING and ledger.under_way[case] == 1
 
 
 @ti.func
 def update_stress(group, particles: ti.template(), constants: ti.template()):
     """Return the trial F_E that step 6 left to the yield surface, harden, and store the stress that step 3 needs.
 
-    Straight-line arithmetic over LANES particles into local arrays, which the compiler vectorises; writing
+    Straight-line arithmetic over a lane group's particles into local arrays, which the compiler vectorises; writing
     the fields in these loops would prevent it.  The factor has one of its own: its long chain of products
     then overlaps from one particle to the next.
     """
-    F00, F01, F10, F11, cos, sin = lanes(), lanes(), lanes(), lanes(), lanes(), lanes()
-    positive, J_P, factor = lanes(), lanes(), lanes()
-    tau_xx, tau_xy, tau_yy, wave_speed2 = lanes(), lanes(), lanes(), lanes()
-    plastic, hardened = lanes(), lanes()
-    for k in range(LANES):
-        p = group * LANES + k
+    zero = lanes(particles)
+    F00, F01, F10, F11, cos, sin = zero, zero, zero, zero, zero, zero
+    positive, J_P, factor = zero, zero, zero
+    tau_xx, tau_xy, tau_yy, wave_speed2 = zero, zero, zero, zero
+    plastic, hardened = zero, zero
+    for k in range(particles.lanes):
+        p = group * particles.lanes + k
         trial = particles.F_E[p]
         R = elasticity.polar_rotation(trial)
         mu, lam, xi = particles.mu[p], particles.lam[p], particles.hardening[p]
@@ -73,10 +74,10 @@ def update_stress(group, particles: ti.template(), constants: ti.template()):
         J_P[k] = state[0]
         for s in ti.static(range(1, len(particles.history))):
             particles.history[s][p] = state[s]
-    for k in range(LANES):
-        factor[k] = constants.material.factor(J_P[k], particles.hardening[group * LANES + k])
-    for k in range(LANES):
-        p = group * LANES + k
+    for k in range(particles.lanes):
+        factor[k] = constants.material.factor(J_P[k], particles.hardening[group * particles.lanes + k])
+    for k in range(particles.lanes):
+        p = group * particles.lanes + k
         F_E = ti.Matrix([[F00[k], F01[k]], [F10[k], F11[k]]])
         R = ti.Matrix([[cos[k], -sin[k]], [sin[k], cos[k]]])
         mu, lam = factor[k] * particles.mu[p], factor[k] * particles.lam[p]
@@ -90,8 +91,8 @@ def update_stress(group, particles: ti.template(), constants: ti.template()):
         flow = constants.material.flow_work(F_E, particles.F_E[p], R, particles.mu[p], particles.lam[p])
         plastic[k] = particles.plastic_work[p] - mean * flow * particles.volume[p]
         hardened[k] = particles.hardening_work[p] + (factor[k] - particles.factor[p]) * energy * particles.volume[p]
-    for k in range(LANES):
-        p = group * LANES + k
+    for k in range(particles.lanes):
+        p = group * particles.lanes + k
         particles.F_E[p] = ti.Matrix([[F00[k], F01[k]], [F10[k], F11[k]]])
         particles.tau[p] = ti.Matrix([[tau_xx[k], tau_xy[k]], [tau_xy[k], tau_yy[k]]])
         particles.J_P[p] = J_P[k]
@@ -111,21 +112,21 @@ def read_state(p, particles: ti.template()):
 
 
 @ti.func
-def lanes():
-    """A local array of LANES zeros."""
-    return ti.Vector([0.0] * LANES)
+def lanes(particles: ti.template()):
+    """A local array of zeros, one for each particle of a lane group."""
+    return ti.Vector([0.0] * ti.static(particles.lanes))
 
 
 @ti.func
-def is_sound(p, particles: ti.template(), nodes: ti.template(), constants: ti.template()):
-    """Whether particle p is on the grid, with a finite strain that is not inverted and nu below 0.5.
+def is_sound(p, part, particles: ti.template(), constants: ti.template()):
+    """Whether particle p is on its ``part`` of the grid, with a finite strain that is not inverted and nu below 0.5.
 
     Comparisons are written so that NaN fails them.
     """
     sound = particles.wave_speed2[p] > 0.0 and particles.wave_speed2[p] < HUGE and particles.poisson[p] < 0.5
     for d in ti.static(range(2)):
         place = particles.position[p][d]
-        sound = sound and place > 2.0 * constants.dx and place < (nodes.size[d] - 3) * constants.dx
+        sound = sound and place > 2.0 * constants.dx and place < (part[1 + d] - 3) * constants.dx
     return sound
 
 
@@ -137,28 +138,28 @@ def cell_of(p, particles: ti.template(), constants: ti.template()):
 
 
 @ti.func
-def choose_time_step(ledger: ti.template(), constants: ti.template()):
+def choose_time_step(case, ledger: ti.template(), constants: ti.template()):
     """Length of the substep that begins, from the stiffness as hardened and sintered and the fastest particle.
 
     Equal substeps up to the end of the frame, none of them a sliver.  The survey has to be there.
     """
-    if ledger.particle[None] != NOBODY:
-        ledger.status[None] = UNSOUND_PARTICLE
+    if ledger.particle[case] != NOBODY:
+        ledger.status[case] = UNSOUND_PARTICLE
     else:
-        remaining = constants.frame_time - ledger.elapsed[None]
-        longest = constants.cfl * constants.dx / (ti.sqrt(ledger.wave_speed2[None]) + ti.sqrt(ledger.top_speed2[None]))
-        if remaining / longest > constants.max_substeps - ledger.substeps[None]:
-            ledger.status[None] = TOO_MANY_SUBSTEPS
-            ledger.smallest_step[None] = longest
+        remaining = constants.frame_time - ledger.elapsed[case]
+        longest = constants.cfl * constants.dx / (ti.sqrt(ledger.wave_speed2[case]) + ti.sqrt(ledger.top_speed2[case]))
+        if remaining / longest > constants.max_substeps - ledger.substeps[case]:
+            ledger.status[case] = TOO_MANY_SUBSTEPS
+            ledger.smallest_step[case] = longest
         else:
             count = ti.max(1.0, ti.ceil(remaining / longest))
-            ledger.dt[None] = remaining / count
-            ledger.smallest_step[None] = ti.min(ledger.smallest_step[None], ledger.dt[None])
-            ledger.substeps[None] += 1
-            ledger.elapsed[None] += ledger.dt[None]
+            ledger.dt[case] = remaining / count
+            ledger.smallest_step[case] = ti.min(ledger.smallest_step[case], ledger.dt[case])
+            ledger.substeps[case] += 1
+            ledger.elapsed[case] += ledger.dt[case]
             if count < 1.5:
-                ledger.elapsed[None] = constants.frame_time
-                ledger.under_way[None] = 0
+                ledger.elapsed[case] = constants.frame_time
+                ledger.under_way[case] = 0
 
 
 @ti.func
@@ -260,12 +261,14 @@ def step_4_and_5_node_velocity(i, j, nodes: ti.template(), constants: ti.templat
 
 
 @ti.func
-def step_6_to_9_particle(p, particles: ti.template(), nodes: ti.template(), constants: ti.template(), dt, gravity):
+def step_6_to_9_particle(
+    p, part, particles: ti.template(), nodes: ti.template(), constants: ti.template(), dt, gravity
+):
     """Step 6: trial deformation.  Step 7: velocity.  Step 8: collision.  Step 9: position.
 
     Returns the particle's speed squared, and 1 if it ended inside the floor, else 0.
     """
-    velocity, gradient, affine = transfer.grid_to_particle(p, particles, nodes, constants, dt)
+    velocity, gradient, affine = transfer.grid_to_particle(p, part, particles, nodes, constants, dt)
     particles.F_E[p] = particles.F_E[p] + dt * (gradient @ particles.F_E[p])  # step 6; clamped in update_stress
     position = particles.position[p]
     mass, force = particles.mass[p], particles.force[p]
@@ -275,14 +278,14 @@ def step_6_to_9_particle(p, particles: ti.template(), nodes: ti.template(), cons
         velocity = indenter.particle_velocity(p, free, position, mass, nodes.indenter, constants)
         particles.sliding_work[p] += 0.5 * mass * (velocity.norm_sqr() - free.norm_sqr())
         particles.sliding_impulse[p] += mass * (velocity - free)
-    if contact.near_floor(position, nodes, constants):
-        distance, normal = contact.floor_at(position, nodes, constants)
+    if contact.near_floor(position, part, nodes, constants):
+        distance, normal = contact.floor_at(position, part, nodes, constants)
         if ti.static(not constants.springs) and distance <= constants.touch:
             free = velocity
             velocity = contact.slide(free, normal, constants.friction)  # step 8
             particles.sliding_work[p] += 0.5 * mass * (velocity.norm_sqr() - free.norm_sqr())
             particles.sliding_impulse[p] += mass * (velocity - free)
-        distance, normal = contact.floor_at(position + dt * velocity, nodes, constants)
+        distance, normal = contact.floor_at(position + dt * velocity, part, nodes, constants)
         if distance < 0.0:
             inside = 1
             if ti.static(constants.moves_out):

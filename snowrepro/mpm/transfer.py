@@ -29,7 +29,7 @@ def add(sums: ti.template(), fixed_sums: ti.template(), node, value, quantum: ti
 
 
 @ti.func
-def block_to_grid(block, particles: ti.template(), nodes: ti.template(), constants: ti.template(), dt):
+def block_to_grid(block, part, particles: ti.template(), nodes: ti.template(), constants: ti.template(), dt):
     """Steps 1 and 3 for the particles of a block: all shares first, then all sums.
 
     To the same bits as particle by particle.  But the loop that adds reads its numbers side by side from memory,
@@ -38,14 +38,14 @@ def block_to_grid(block, particles: ti.template(), nodes: ti.template(), constan
     start = block * BLOCK
     count = ti.min(BLOCK, particles.count - start)
     for k in range(count):
-        find_shares(k, start + k, particles, constants, dt)
+        find_shares(k, start + k, part, particles, constants, dt)
     for k in range(count):
         add_shares(k, particles.shares, nodes, constants)
 
 
 @ti.func
-def find_shares(k, p, particles: ti.template(), constants: ti.template(), dt):
-    """Find what particle p gives to the nodes around, and put it in place k of the shares.
+def find_shares(k, p, part, particles: ti.template(), constants: ti.template(), dt):
+    """Find what particle p gives to the nodes around in its ``part`` of them, and put it in place k of the shares.
 
     Mass and momentum (step 1) and the impulse of forces (step 3): momentum_i = w_i m (v + B D^-1 (x_i - x_p)) and
     impulse_i = dt (w_i m b - V tau grad w_i), where mls has w_i D^-1 (x_i - x_p) in place of grad w_i.
@@ -60,7 +60,7 @@ def find_shares(k, p, particles: ti.template(), constants: ti.template(), dt):
     if ti.static(constants.transfer == "mls"):
         stress *= 1.0 / constants.inertia
 
-    particles.shares.base[k] = base
+    particles.shares.base[k] = ti.Vector([part[0] + base[0], base[1]])
     particles.shares.mass[k] = m
     particles.shares.own[k] = ti.Vector([momentum[0], momentum[1], impulse[0], impulse[1]])
     particles.shares.along_x[k] = ti.Vector([affine[0, 0], affine[1, 0], stress[0, 0], stress[1, 0]])
@@ -110,7 +110,7 @@ def collect(i, j, nodes: ti.template(), constants: ti.template()):
 
 
 @ti.func
-def grid_to_particle(p, particles: ti.template(), nodes: ti.template(), constants: ti.template(), dt):
+def grid_to_particle(p, part, particles: ti.template(), nodes: ti.template(), constants: ti.template(), dt):
     """Return (velocity, grad v, B) at particle p from the node velocities.
 
     velocity = sum w_i v_i (step 7), or by pic_flip (1 - flip) of that and ``flip`` of the particle's own
@@ -131,12 +131,12 @@ def grid_to_particle(p, particles: ti.template(), nodes: ti.template(), constant
     for i in ti.static(range(constants.nodes)):
         column, column_slope, column_moment, old_column = zero, zero, zero, zero
         for j in ti.static(range(constants.nodes)):
-            v = nodes.velocity[base[0] + i, base[1] + j]
+            v = nodes.velocity[part[0] + base[0] + i, base[1] + j]
             column += wy[j] * v
             column_slope += gy[j] * v
             column_moment += (wy[j] * (j - offset[1])) * v
             if ti.static(constants.transfer == "pic_flip"):
-                old_column += wy[j] * nodes.old_velocity[base[0] + i, base[1] + j]
+                old_column += wy[j] * nodes.old_velocity[part[0] + base[0] + i, base[1] + j]
         velocity += wx[i] * column
         old_velocity += wx[i] * old_column
         slope_x += gx[i] * column
@@ -159,12 +159,12 @@ def grid_to_particle(p, particles: ti.template(), nodes: ti.template(), constant
 
 
 @ti.func
-def grid_mass_at(p, particles: ti.template(), nodes: ti.template(), constants: ti.template()):
+def grid_mass_at(p, part, particles: ti.template(), nodes: ti.template(), constants: ti.template()):
     """Sum of w_i m_i at particle p (step 2)."""
     base, offset = splines.stencil(particles.position[p] / constants.dx, constants.spline)
     wx = splines.weights(offset[0], constants.spline)
     wy = splines.weights(offset[1], constants.spline)
     total = 0.0
     for i, j in ti.static(ti.ndrange(constants.nodes, constants.nodes)):
-        total += wx[i] * wy[j] * nodes.mass[base[0] + i, base[1] + j]
+        total += wx[i] * wy[j] * nodes.mass[part[0] + base[0] + i, base[1] + j]
     return total

@@ -42,6 +42,8 @@ def launch(plan: Plan, chosen: Sequence[Planned], memory_mb: float) -> None:
         with quiet_about_schemas():
             config = hydra.compose_config("config", overrides, RunMode.MULTIRUN, with_log_configuration=False)
         _require_plugin(config)
+        if "most" in config.hydra.launcher:  # many cases in one launch
+            _require_fit_for_batches(chosen)
         _set_memory(config, memory_mb)
         context = hydra_private.context_of(hydra, config)
         is_local = config.hydra.launcher._target_.endswith("LocalLauncher")  # which shows its jobs itself
@@ -77,6 +79,19 @@ def _require_plugin(config: DictConfig) -> None:
     for package, extra in PLUGINS.items():
         if config.hydra.launcher._target_.startswith(package) and importlib.util.find_spec(package) is None:
             raise ConfigError(f"this launcher is not installed: pip install 'snowrepro[{extra}]'")
+
+
+def _require_fit_for_batches(chosen: Sequence[Planned]) -> None:
+    """Raises ConfigError where a run cannot be computed side by side with others."""
+    for planned in chosen:
+        case = planned.run.case
+        if case.solver.summation != "fixed_point":
+            raise ConfigError(
+                f"hydra/launcher=batch needs solver.summation=fixed_point (got {case.solver.summation}), with which a "
+                "run has the same bits in any company"
+            )
+        if case.indenter:
+            raise ConfigError("hydra/launcher=batch takes no indenter: hydra/launcher=local makes hardness tests")
 
 
 def _set_memory(config: DictConfig, memory_mb: float) -> None:

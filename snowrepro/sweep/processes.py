@@ -126,7 +126,7 @@ def run_jobs(jobs: Sequence[Job], limits: Limits, watch: Callable[[Sequence[Job]
                     (waiting if entry.job.state == WAITING else ended).append(entry.job)
                 watch([entry.job for entry in running], ended)
         finally:
-            _end([entry.process for entry in running])
+            end_processes([entry.process for entry in running])
 
 
 def _pause(running: Sequence[_Running]) -> None:
@@ -183,7 +183,7 @@ def _code(exit_code: int | None) -> str:
     return f"code {exit_code}"
 
 
-def _end(processes: Sequence[BaseProcess]) -> None:
+def end_processes(processes: Sequence[BaseProcess]) -> None:
     """Ask processes to end, and see to it that they do."""
     for process in processes:
         process.terminate()
@@ -192,6 +192,30 @@ def _end(processes: Sequence[BaseProcess]) -> None:
         process.join(max(0.0, deadline - time.monotonic()))
         process.kill()
         process.join()
+
+
+def start_process(function: Callable[..., None], *arguments: Any) -> BaseProcess:
+    """Start a process that does nothing but call a function; where this process is killed, it ends too."""
+    process = _context().Process(target=_serve, args=(function, arguments, dict(os.environ)), daemon=False)
+    with _one_thread():
+        process.start()
+    return process
+
+
+def _serve(function: Callable[..., None], arguments: Sequence[Any], environment: dict[str, str]) -> None:
+    """Entry of a process that goes on until it is ended."""
+    _prepare_child(environment)
+    with suppress(KeyboardInterrupt):
+        function(*arguments)
+
+
+def _prepare_child(environment: dict[str, str]) -> None:
+    """Take the parent's environment, leave Ctrl-C to it, and end with it; being terminated lets a job tidy up."""
+    os.environ.clear()
+    os.environ.update(environment)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the parent, which ends its jobs in order
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
 def _context() -> Any:
@@ -215,12 +239,8 @@ def _one_thread() -> Iterator[None]:
 
 
 def _child(payload: bytes, answer: str, environment: dict[str, str]) -> None:
-    """Entry of the fresh process; being terminated lets the job tidy up."""
-    os.environ.clear()
-    os.environ.update(environment)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the parent, which ends its jobs in order
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    """Entry of the fresh process."""
+    _prepare_child(environment)
     try:
         result = cloudpickle.loads(payload)()
     except KeyboardInterrupt:

@@ -7,6 +7,7 @@ from snowrepro.composition.compose import compose
 from snowrepro.errors import ConfigError, Diverged
 from snowrepro.mpm import solver
 from snowrepro.mpm.constants import make_constants
+from snowrepro.mpm.frame import check_outcome, read_outcomes
 from snowrepro.mpm.ledger import unclosed_share
 from snowrepro.run import simulate
 from snowrepro.scene.build import build_scene
@@ -153,4 +154,4 @@ def test_an_unsound_particle_ends_the_run_by_name(small_config, summation, name,
     with pytest.raises(Diverged, match=rf"diverged in frame 3 at t = .* particle 7 at .*({cause})"):
         for _ in range(3):
             solver.advance_frame(particles, nodes, ledger, constants, 0.0, 0.0, False)
-            solver._check(ledger, particles, constants, 3)
+            check_outcome(read_outcomes(ledger)[0], particles.read, constants, 3)

@@ -17,6 +17,7 @@ from snowrepro.composition.compose import compose
 from snowrepro.errors import Diverged
 from snowrepro.mpm import indenter, solver
 from snowrepro.mpm.constants import make_constants
+from snowrepro.mpm.frame import check_volume
 from snowrepro.mpm.state import PARTICLE_STATE
 from snowrepro.scene.build import build_scene
 from snowrepro.settings.case import Case
@@ -149,7 +150,7 @@ def find_inputs(case: Case) -> dict[str, Any]:
         "frames": case.frames,
         "gravity": [case.is_tested(frame) or frame <= case.loading.press_frames for frame in numbers],
         "damping": [case.damping_in(frame) for frame in numbers],
-        "force": [solver._pressing_force(case, scene, scene.positions, frame).tolist() for frame in pressed],
+        "force": [solver.make_pressing_force(case, scene, scene.positions, frame).tolist() for frame in pressed],
         "stored": [case.is_stored(frame) for frame in numbers],
         "depth": [indenter.depth_at(case, frame) for frame in numbers if case.is_tested(frame)],
         "place": dataclasses.astuple(place),
@@ -206,8 +207,8 @@ class Crushed:
 def test_how_many_may_be_crushed():
     """More than solver.max_bounded end the run."""
     with pytest.raises(Diverged, match=r"3% of the particles are crushed to the lowest J_P, 0\.1"):
-        solver._check_volume(Crushed(), compose(["solver.max_bounded=0.02"]).case, 9)
-    solver._check_volume(Crushed(), compose(["solver.max_bounded=0.04"]).case, 9)
+        check_volume(Crushed(), compose(["solver.max_bounded=0.02"]).case, 9)
+    check_volume(Crushed(), compose(["solver.max_bounded=0.04"]).case, 9)
 
 
 @pytest.mark.parametrize(("name", "value"), [("softening_length", 2.0), ("contact", "penalty")])

@@ -125,7 +125,7 @@ def error_at_end(cells: int, spline: str) -> float:
     for n in range(count):  # the force is that of the step's start, where the stress is taken too
         motion.particles.write("force", body_force(places, n / count))
         motion.advance()
-        assert motion.ledger.substeps[None] == 1
+        assert motion.ledger.substeps[0] == 1
     off = motion.read("position") - centre - motion_of(places, 1.0)
     return float(np.sqrt(np.average((off**2).sum(axis=1), weights=volumes)))
 

@@ -1,0 +1,217 @@
+"""One process that computes the cases of many others side by side, and what these others see of it.
+
+A process that makes a run asks for frames as ``solver.frames`` gives them, and gets the same bits.  Those that ask
+within PATIENCE of each other, and that the solver is compiled alike for, are one batch; who comes later waits for the
+next.  Particles go through a file in memory, a frame of each case at a time: a case goes on when its process says so.
+"""
+
+import contextlib
+import dataclasses
+import selectors
+import threading
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from multiprocessing import AuthenticationError
+from multiprocessing.connection import Client, Connection, Listener
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import RunsFailed, SnowreproError
+from ..scene.build import Scene
+from ..settings.case import Case
+from .batch import Batch, Block, Follower, News, Values, kind_of
+from .device import note_elsewhere, read_device
+from .frame import Frame
+
+PATIENCE = 2.0  # seconds without a new case before a batch begins
+STARTING = 120.0  # seconds that it may take until it is there
+GO_ON, WHOLE = "go on", "whole"  # what a process asks for behind a frame
+
+
+@dataclass(frozen=True)
+class Address:
+    """Where the service is found: the path of its socket, and the key that it is asked with."""
+
+    path: str
+    key: bytes
+
+
+def frames(
+    address: Address, case: Case, scene: Scene, resume: Mapping[str, np.ndarray] | None = None
+) -> Iterator[Frame]:
+    """Yield the frames of a case as ``solver.frames`` does.  Raises what that does; RunsFailed if that ends."""
+    with _connect(address) as connection:
+        connection.send((case, scene, resume))
+        path, first, computes_on = _receive(connection)
+        note_elsewhere(computes_on)
+        table = np.memmap(path, dtype=float, mode="r", offset=first)
+        follower = Follower(case, scene, partial(_ask_whole, connection))
+        while True:
+            frame = follower.take(_read_news(_receive(connection), table, len(scene.positions)))
+            if not (resume and frame.number == int(resume["frame"])):  # that one is known
+                yield frame
+            if frame.number == case.frames:
+                return
+            connection.send((GO_ON, follower.press()))
+
+
+def _read_news(told: News, table: np.ndarray, count: int) -> News:
+    """What the service tells, with the values of its blocks, which stand one after another in ``table``."""
+    blocks, first = [], 0
+    for block in told.blocks:
+        last = first + count * block.values.shape[1]
+        blocks.append(Block(block.names, table[first:last].reshape(count, -1)))
+        first = last
+    return dataclasses.replace(told, blocks=tuple(blocks))
+
+
+def _ask_whole(connection: Connection) -> Values:
+    """Ask the service for all quantities of the case, which waits there."""
+    connection.send((WHOLE, None))
+    return _receive(connection)
+
+
+def _connect(address: Address) -> Connection:
+    """Connect to the service, which may have started at the same time.  Raises RunsFailed."""
+    deadline = time.monotonic() + STARTING
+    while True:
+        try:
+            return Client(address.path, authkey=address.key)
+        except (FileNotFoundError, ConnectionRefusedError) as error:
+            if time.monotonic() > deadline:
+                late = f"the process that computes the batch has not started within {STARTING:g} s"
+                raise RunsFailed(late) from error
+        time.sleep(0.05)
+
+
+def _receive(connection: Connection) -> Any:
+    """What the service answers.  Raises what it sends as the reason of a failure; RunsFailed where it is gone."""
+    try:
+        answer = connection.recv()
+    except (EOFError, ConnectionError) as error:
+        raise RunsFailed("the process that computes the batch ended") from error
+    if isinstance(answer, Exception):
+        raise answer
+    return answer
+
+
+@dataclass
+class _Asked:
+    """A process that asks for the frames of a case."""
+
+    connection: Connection
+    case: Case
+    scene: Scene
+    resume: Mapping[str, np.ndarray] | None
+
+
+@dataclass
+class _Door:
+    """Where processes come in: those that wait for a batch, and when the last of them came."""
+
+    waiting: list[_Asked] = field(default_factory=list)
+    last: float = 0.0
+
+    def admit(self, listener: Listener) -> None:
+        """Let in who asks, for as long as this process lives."""
+        while True:
+            with contextlib.suppress(
+                OSError, EOFError, AuthenticationError
+            ):  # one that went away again, or does not know the key
+                connection = listener.accept()
+                self.waiting.append(_Asked(connection, *connection.recv()))
+                self.last = time.monotonic()
+
+    def gather(self, most: int) -> list[_Asked]:
+        """Wait until nobody new has come for a while; return those that the solver is compiled alike for."""
+        while not self.waiting or (time.monotonic() - self.last < PATIENCE and len(self.waiting) < most):
+            time.sleep(0.02)
+        waiting, self.waiting = self.waiting, []
+        kind = kind_of(waiting[0].case)
+        together = [asked for asked in waiting if kind_of(asked.case) == kind][:most]
+        self.waiting = [asked for asked in waiting if not any(asked is each for each in together)] + self.waiting
+        return together
+
+
+def serve(address: Address, threads: int, most: int) -> None:
+    """Compute batches of at most ``most`` cases for who asks, until this process is ended."""
+    door = _Door()
+    listener = Listener(address.path, family="AF_UNIX", backlog=most, authkey=address.key)
+    threading.Thread(target=door.admit, args=(listener,), daemon=True).start()
+    number = 0
+    while True:
+        group = door.gather(most)
+        number += 1
+        table = Path(f"{address.path}-{number}")
+        try:
+            _serve_batch(group, table, threads)
+        except Exception as error:
+            reason = error if isinstance(error, SnowreproError) else RunsFailed(f"the batch failed: {error}")
+            for asked in group:
+                _send(asked.connection, reason)
+            if not isinstance(error, SnowreproError):
+                raise  # the device may be in no state to go on
+        finally:
+            for asked in group:
+                asked.connection.close()
+            table.unlink(missing_ok=True)
+
+
+def _serve_batch(group: list[_Asked], path: Path, threads: int) -> None:
+    """Compute a batch, each case for as long as its process wants it."""
+    batch = Batch([a.case for a in group], [a.scene for a in group], [a.resume for a in group], threads)
+    places = np.cumsum([0, *batch.places.counts]) * batch.whole.width
+    table = np.memmap(path, dtype=float, mode="w+", shape=(int(places[-1]),))
+    for asked, first in zip(group, places[:-1], strict=True):
+        _send(asked.connection, (str(path), int(first) * table.itemsize, read_device()))
+    told = batch.start()
+    with selectors.DefaultSelector() as selector:
+        for i, asked in enumerate(group):
+            selector.register(asked.connection, selectors.EVENT_READ, i)
+        while selector.get_map():
+            batch.launch()  # and meanwhile
+            for i, news in told.items():
+                _tell(group[i].connection, news, table[places[i] : places[i + 1]])
+            forces = _listen(selector, batch, must_wait=not batch.is_under_way())
+            told = batch.collect()
+            batch.begin(forces)
+
+
+def _tell(connection: Connection, news: News, table: np.ndarray) -> None:
+    """Tell a process of its case's frame; what its blocks hold goes to its part of the batch's file."""
+    first = 0
+    for block in news.blocks:
+        table[first : first + block.values.size] = block.values.reshape(-1)
+        first += block.values.size
+    blocks = tuple(Block(block.names, block.values[:0]) for block in news.blocks)
+    _send(connection, dataclasses.replace(news, blocks=blocks))
+
+
+def _listen(selector: selectors.BaseSelector, batch: Batch, must_wait: bool) -> dict[int, np.ndarray | None]:
+    """Answer what processes ask for; return the cases that are to go on, each with the external force of its frame.
+
+    One that is gone is listened to no more.
+    """
+    forces = {}
+    for key, _ in selector.select(None if must_wait else 0):
+        connection: Any = key.fileobj
+        try:
+            wish, force = connection.recv()
+        except (EOFError, OSError):
+            selector.unregister(connection)
+            continue
+        if wish == WHOLE:
+            _send(connection, batch.read_case(key.data))
+        else:
+            forces[key.data] = force
+    return forces
+
+
+def _send(connection: Connection, message: Any) -> None:
+    """Send a message to a process that may be gone."""
+    with contextlib.suppress(OSError):
+        connection.send(message)
