@@ -1,0 +1,254 @@
+"""Many cases in one launch on a GPU: the same bits as on the CPU, how fast, and a sweep of 168 runs from end to end.
+
+    python benchmarks/gpu.py [--device cpu] [--quick] [--limit SECONDS] [--out FOLDER]
+
+Takes about four minutes on an NVIDIA H200 with 16 cores.  Each part runs in a process of its own, and what is there is
+written at once: gpu.json and gpu.md in --out (else here).  --device cpu: the same on this machine's cores, as a trial;
+--quick: coarse, few and short.
+"""
+
+import argparse
+import concurrent.futures
+import functools
+import json
+import os
+import platform
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+from tables import format_table
+
+from snowrepro.composition.compose import compose
+from snowrepro.errors import Diverged
+from snowrepro.mpm.batch import Batch, Follower
+from snowrepro.run import simulate
+from snowrepro.scene.build import build_scene
+from snowrepro.simulation import simulate_cases
+
+HERE = Path(__file__).resolve().parent
+SHAPES = ("ball", "rectangle", "triangle", "star")
+FLOORS = ("L", "square", "zigzag", "triangle", "stair1", "stair2", "stair3")
+PRESSURES = (300, 740, 5900)
+ARMS = ("paper", "none")
+SWEEP = tuple(  # 168 runs
+    (f"pressure={pressure}", f"sintering={arm}", f"shape={shape}", f"floor={floor}")
+    for pressure in PRESSURES for arm in ARMS for shape in SHAPES for floor in FLOORS
+)  # fmt: skip
+SIX = (
+    ("pressure=3000",),
+    ("pressure=500", "shape=star", "floor=stair3"),
+    ("sintering=none", "shape=triangle", "floor=zigzag"),
+    ("pressure=5900", "shape=rectangle", "floor=square", "seed=1"),
+    ("pressure=900", "floor=triangle"),
+    ("pressure=1e9",),  # diverges
+)
+SHORT = (
+    "fidelity=preview", "loading.press_frames=8", "loading.frames=60", "reading.drop_height=3", "reading.gravity=40",
+)  # fmt: skip
+STATES = ("position", "velocity", "J_P", "hardening", "von_mises", "kinetic_energy", "elastic_energy", "substeps")
+COUNTS = (1, 8, 64, 168)
+SECONDS = 5.0  # that a rate is taken over
+
+
+def main() -> None:
+    """Run all parts, and write what came of them."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--device", choices=("cuda", "cpu"), default="cuda")
+    parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--out", type=Path, default=HERE)
+    parser.add_argument("--limit", type=float, default=300.0, help="seconds that a part may take")
+    parser.add_argument("--part", help=argparse.SUPPRESS)
+    arguments = parser.parse_args()
+    if arguments.part:
+        print(json.dumps(measure_part(arguments.part, arguments.device, arguments.quick)))
+        return
+    counts = COUNTS[1:2] if arguments.quick else COUNTS
+    found: dict = {"machine": describe_machine(), "device": arguments.device, "quick": arguments.quick}
+    for part in ("bits", f"rate {counts[-1]}", "sweep", *(f"rate {count}" for count in counts[:-1])):
+        found[part] = run_part(part, arguments)
+        (arguments.out / "gpu.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+        page = "\n".join(describe(found)) + "\n"
+        (arguments.out / "gpu.md").write_text(page, encoding="utf-8")
+    print(page)
+
+
+def run_part(part: str, arguments: argparse.Namespace) -> dict:
+    """Run one part in a process of its own; what it says, or why it failed."""
+    command = [sys.executable, __file__, "--part", part, "--device", arguments.device]
+    started = time.perf_counter()
+    try:
+        done = subprocess.run(
+            [*command, *(["--quick"] if arguments.quick else [])],
+            capture_output=True,
+            text=True,
+            timeout=arguments.limit,
+        )
+        found = json.loads(done.stdout.splitlines()[-1]) if done.returncode == 0 else {"failed": done.stderr[-2000:]}
+    except subprocess.TimeoutExpired:
+        found = {"failed": f"took more than {arguments.limit:g} s"}
+    print(f"{part}: {found}", file=sys.stderr, flush=True)
+    return {**found, "part_seconds": time.perf_counter() - started}
+
+
+def measure_part(part: str, device: str, quick: bool) -> dict:
+    """Measure one part in this process."""
+    name, _, count = part.partition(" ")
+    if name == "bits":
+        return compare_bits(device)
+    return measure_rate(int(count), device, quick) if name == "rate" else measure_sweep(device, quick)
+
+
+def describe_machine() -> str:
+    """Processor, cores and graphics card."""
+    query = ["nvidia-smi", "--query-gpu=name,driver_version", "--format=csv,noheader"]
+    card = ""
+    if shutil.which(query[0]):
+        card = subprocess.run(query, capture_output=True, text=True).stdout.strip().splitlines()[0]
+    return ", ".join(filter(None, [card, f"{os.cpu_count()} cores", platform.machine()]))
+
+
+def select(device: str) -> tuple[str, ...]:
+    """The settings of a device on which any company gives the same bits."""
+    return f"solver.device={device}", "solver.summation=fixed_point"
+
+
+def compare_bits(device: str) -> dict:
+    """Six cases alone on the CPU, and together on the device: in which of them which quantities differ, by how much."""
+    with concurrent.futures.ProcessPoolExecutor(min(6, os.cpu_count() or 1)) as pool:
+        alone = pool.map(simulate_alone, SIX)
+        cases = [compose([*SHORT, *kind, *select(device)]).case for kind in SIX]
+        together = dict(simulate_cases(cases))
+        answers = list(alone)
+    differing = {}
+    for i, expected in enumerate(answers):
+        given = together[i]
+        label = " ".join(SIX[i])
+        if isinstance(expected, str) or isinstance(given, Diverged):
+            differing[label] = {} if expected == str(given) else {"message": str(given)}
+            continue
+        differing[label] = {
+            name: float(np.abs(given[name].values - values).max())
+            for name, values in expected.items()
+            if not np.array_equal(given[name].values, values)
+        }
+    return {"cases": len(SIX), "same": sum(not names for names in differing.values()), "differing": differing}
+
+
+def simulate_alone(kind: tuple[str, ...]) -> dict[str, np.ndarray] | str:
+    """Some quantities of a case that runs alone on the CPU, or why it diverged."""
+    try:
+        dataset = simulate(compose([*SHORT, *kind, *select("cpu")]))
+    except Diverged as error:
+        return str(error)
+    return {name: dataset[name].values for name in STATES}
+
+
+def measure_rate(count: int, device: str, quick: bool) -> dict:
+    """Particle-updates a second of the first cases of the sweep side by side, from their start on; memory."""
+    fidelity = "preview" if quick else "paper"
+    cases = [compose([*kind, *select(device), f"fidelity={fidelity}"]).case for kind in spread(SWEEP, count)]
+    started = time.perf_counter()
+    with concurrent.futures.ProcessPoolExecutor() as pool:
+        scenes = list(pool.map(build_scene, cases))
+    built = time.perf_counter()
+    batch = Batch(cases, scenes, [None] * count, os.cpu_count() or 1)
+    pairs = zip(cases, scenes, strict=True)
+    followers = [Follower(case, scene, functools.partial(batch.read_case, i)) for i, (case, scene) in enumerate(pairs)]
+    told = batch.start()
+    while any(member.number < 2 for member in batch.members):  # compiles all that it takes
+        told, _ = advance(batch, followers, told)
+    compiled = time.perf_counter()
+    updates, spent = 0, dict.fromkeys(("host", "begin", "launch", "collect"), 0.0)
+    while time.perf_counter() - compiled < SECONDS:
+        told, part = advance(batch, followers, told)
+        updates += sum(news.outcome.substeps * batch.places.counts[i] for i, news in told.items())
+        spent = {name: spent[name] + part[name] for name in spent}
+    seconds = time.perf_counter() - compiled
+    return {
+        "cases": count, "particles": sum(batch.places.counts), "updates_per_second": updates / seconds,
+        "seconds": spent, "scenes_seconds": built - started, "compile_seconds": compiled - built,
+        "memory_mib": read_memory(),
+    }  # fmt: skip
+
+
+def advance(batch: Batch, followers: list[Follower], told: dict) -> tuple[dict, dict[str, float]]:
+    """Have cases go on that wait, and compute a few substeps; what the device tells, and the seconds it all took."""
+    moments = [time.perf_counter()]
+    forces = {}
+    for i, news in told.items():
+        followers[i].take(news)
+        forces[i] = followers[i].press()
+    moments.append(time.perf_counter())
+    batch.begin(forces)
+    moments.append(time.perf_counter())
+    batch.launch()
+    moments.append(time.perf_counter())
+    told = batch.collect()
+    moments.append(time.perf_counter())
+    return told, dict(zip(("host", "begin", "launch", "collect"), np.diff(moments).tolist(), strict=True))
+
+
+def spread(kinds: tuple, count: int) -> list:
+    """So many of the kinds, evenly taken."""
+    return [kinds[i * len(kinds) // count] for i in range(count)]
+
+
+def read_memory() -> int:
+    """Memory that is taken on the graphics card, in MiB; 0 where there is none."""
+    query = ["nvidia-smi", "--query-gpu=memory.used", "--format=csv,noheader,nounits"]
+    return int(subprocess.run(query, capture_output=True, text=True).stdout) if shutil.which(query[0]) else 0
+
+
+def measure_sweep(device: str, quick: bool) -> dict:
+    """The sweep by the command line into a store: seconds of the whole, runs done, updates."""
+    values = {"pressure": PRESSURES, "sintering": ARMS, "shape": SHAPES, "floor": FLOORS}
+    if quick:
+        values |= {"shape": SHAPES[:1], "floor": FLOORS[:2], "pressure": PRESSURES[1:2]}
+    varied = [f"{name}={','.join(map(str, each))}" for name, each in values.items()]
+    with tempfile.TemporaryDirectory() as store:
+        command = [
+            sys.executable, "-m", "snowrepro", "run", "-m", *varied, *select(device), f"store={store}",
+            f"fidelity={'preview' if quick else 'paper'}", "hydra/launcher=batch",
+        ]  # fmt: skip
+        started = time.perf_counter()
+        done = subprocess.run(command, capture_output=True, text=True)
+        seconds = time.perf_counter() - started
+        results = list(Path(store).glob("*/run.nc"))
+        rows = [json.loads(path.read_text()) for path in Path(store).glob("*/summary.json")]
+    return {
+        "runs": int(np.prod([len(each) for each in values.values()])), "done": len(results), "seconds": seconds,
+        "exit": done.returncode, "rows": len(rows), "screen": (done.stdout + done.stderr)[-3000:],
+    }  # fmt: skip
+
+
+def describe(found: dict) -> list[str]:
+    """The page of what was found."""
+    lines = ["# Many cases in one launch", "", f"`python benchmarks/gpu.py`, on {found['machine']}.", ""]
+    if "same" in (bits := found.get("bits", {})):
+        lines += [
+            f"Of {bits['cases']} different cases {bits['same']} had the bits of the CPU, where each ran alone.",
+            "",
+        ]
+    rates = [found[f"rate {count}"] for count in COUNTS if "updates_per_second" in found.get(f"rate {count}", {})]
+    head = ["cases", "particles", "G updates/s", "compile [s]", "memory [MiB]"]
+    rows = [
+        [
+            str(rate["cases"]), f"{rate['particles']:,}", f"{rate['updates_per_second'] / 1e9:.3f}",
+            f"{rate['compile_seconds']:.0f}", f"{rate['memory_mib']:,}",
+        ]
+        for rate in rates
+    ]  # fmt: skip
+    lines += format_table(head, rows) if rows else []
+    if "seconds" in (sweep := found.get("sweep", {})):
+        lines += ["", f"A sweep from the command to the table: {sweep['done']} of {sweep['runs']} runs done in "]
+        lines[-1] += f"{sweep['seconds']:.0f} s."
+    return lines
+
+
+if __name__ == "__main__":
+    main()
