@@ -12,8 +12,8 @@ import snowrepro
 PACKAGE = Path(snowrepro.__file__).parent
 ROOMS = (
     "errors", "units", "quantities", "sources", "version", "text", "markup", "progress", "foreign", "settings",
-    "composition", "analysis", "physics", "scene", "laws", "mpm", "reference",
-    "simulation", "point", "store", "summary", "run", "sweep", "evidence", "report", "notebook", "checks",
+    "own_law", "composition", "analysis", "physics", "scene", "laws", "mpm", "reference",
+    "simulation", "point", "rules", "store", "summary", "run", "sweep", "evidence", "report", "notebook", "checks",
     "cli",
 )  # fmt: skip
 ROOMS_OF_REPORT = ("document", "drawing", "sections", "figures", "viewer", "page", "film", "crate")

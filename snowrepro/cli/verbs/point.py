@@ -29,8 +29,9 @@ examples:
   snowrepro point material=sand path=cycles strain=0.05 --out sand.svg
   snowrepro point material=cam_clay --check
 
-With --check the law is asked for what any law must do: a symmetric stress, the same for each observer; no energy by
-plastic flow; no work out of nothing; no tangent stiffness above the declared one, on which the time step rests.
+With --check the law is asked for what any law must do: a symmetric stress, the same for each observer, that does not
+jump; no energy by plastic flow; no work out of nothing; no tangent stiffness above the declared one, on which the time
+step rests.  The sintering law is tried too.
 
 {EXITS}
 """
@@ -53,7 +54,7 @@ def execute(options: argparse.Namespace) -> ExitCode:
     config = compose.compose(overrides)
     if options.check:
         findings = []
-        for each in laws.check_material(config.case):
+        for each in (*laws.check_material(config.case), *laws.check_sintering(config.case)):
             findings.append(each)
             screen.show(*outputs.format_next(each, findings[:-1]))
         return finding.choose_exit_code(findings)
