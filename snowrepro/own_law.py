@@ -20,7 +20,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from .errors import ConfigError
-from .settings.base import Settings
+from .settings.base import MOST_LETTERS, Settings
 from .settings.case import Case
 from .settings.laws import InstalledLaw
 
@@ -169,7 +169,8 @@ def pass_law(kind: str, law: Any) -> InstalledLaw:
     content = json.dumps([kind, _read_source(named), named.__qualname__, parameters], sort_keys=True)
     digest = hashlib.sha256(content.encode()).hexdigest()[:16]
     _passed[digest] = law
-    return InstalledLaw(name=named.__name__[:60], package=PASSED, version="", digest=digest, parameters=parameters)
+    name = re.sub(r"\W", "", named.__name__)[:MOST_LETTERS]
+    return InstalledLaw(name=name, package=PASSED, version="", digest=digest, parameters=parameters)
 
 
 def _make_passed(kind: str, case: Case, law: InstalledLaw) -> Any:

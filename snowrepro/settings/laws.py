@@ -7,13 +7,13 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from .base import Settings
+from .base import Name, Settings
 
 
 class InstalledLaw(Settings):
     """Somebody else's, of an installed package: see ``own_law``.  All but its parameters is found, not chosen."""
 
-    name: str = Field(min_length=1, max_length=60, description="of the law's entry point")
+    name: Name = Field(description="of the law's entry point")
     package: str = Field(min_length=1, max_length=200, description="that has the law")
     version: str = Field(max_length=200, description="of the package")
     digest: str = Field(pattern=r"^[0-9a-f]{16}$", description="of the package's source")

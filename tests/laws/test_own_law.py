@@ -20,6 +20,7 @@ from snowrepro.run import simulate
 from snowrepro.store import manifest
 from snowrepro.store.identity import is_id_of, run_id
 from snowrepro.store.run import open_run
+from snowrepro.sweep.plan import make_plan
 from tests import command_line
 from tests.conftest import SMALL
 from tests.laws.packages import ENTRY_POINTS, TEMPLATE, forget_packages, place_template
@@ -78,6 +79,19 @@ def test_parameters_are_part_of_a_run_in_any_spelling(packages):
     assert id_of("material=plastic") == id_of("material=plastic", "material.law.parameters.strength=500")
     assert id_of("material=plastic") == id_of("material=plastic", "material.law.parameters.strength=5e2")
     assert id_of("material=plastic") != id_of("material=plastic", "material.law.parameters.strength=501")
+
+
+def test_a_sweep_over_a_parameter_is_that_of_its_runs(packages):
+    """Also where a run is put together, and not composed; a value out of bounds is refused before any run."""
+    swept = make_plan(["material=plastic,sand", "pressure=300,740"], True).runs
+    assert {run.id for run in swept} == {
+        id_of(f"material={name}", f"pressure={pressure}") for name in ("plastic", "sand") for pressure in (300, 740)
+    }
+    words = ["material=plastic", "material.law.parameters.strength=400.0,500.0,600"]
+    ids = [id_of("material=plastic", f"material.law.parameters.strength={value}") for value in (400, 500, 600)]
+    assert [run.id for run in make_plan(words, True).runs] == ids
+    with pytest.raises(ConfigError, match="should be greater than 0"):
+        make_plan([*words[:1], "material.law.parameters.strength=400.0,-1.0"], True)
 
 
 @pytest.mark.parametrize(
