@@ -259,6 +259,8 @@ def test_the_template_installs_and_runs(tmp_path):
         return command_line.run_new(*words, cwd=tmp_path, env=environment)
 
     install()
+    checked = call("point", "material=plastic", "sintering=power_law", "--check")
+    assert checked.returncode == 0 and checked.stdout.count("0  ok  ") == 10, checked.stdout + checked.stderr
     asked = ("run", "material=plastic", "sintering=power_law", *TINY)
     done = call(*asked)
     assert done.returncode == 0, done.stderr
