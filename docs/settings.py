@@ -149,9 +149,12 @@ def _rows(under: str, section: type[BaseModel], values: Any, why: Mapping[str, s
 def _rows_of_laws(key: str, group: str, laws: Sequence[type[BaseModel]]) -> Iterator[str]:
     """The settings of every law that may be chosen, with the values and reasons of the option of its name."""
     for law in laws:
-        name = get_args(law.model_fields["name"].annotation)[0]
+        name, *_ = get_args(law.model_fields["name"].annotation) or ("...",)
         yield f"| **`{key}.name={name}`** | | | {plain(_first_paragraph(law)).rstrip('.')} |"
-        if (CONF_DIR / group / f"{name}.yaml").exists() and len(law.model_fields) > 1:
+        if name == "...":  # somebody else's
+            for field, info in law.model_fields.items():
+                yield _row(f"{key}.{field}", info, ABSENT, "")
+        elif (CONF_DIR / group / f"{name}.yaml").exists() and len(law.model_fields) > 1:
             values = compose([f"{group}={name}"]).settings()[group]["law"]
             why = comments(f"{group}/{name}")
             fields = {field: info for field, info in law.model_fields.items() if field != "name"}

@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -23,8 +23,10 @@ from .composition.compose import job_overrides, validate
 from .errors import ConfigError, Diverged, FailedBefore, LeaseLost, NoSolver, SnowreproError, StoreError
 from .foreign import Unreadable, is_plain_file
 from .mpm import home, ledger
+from .own_law import pass_law
 from .progress import show_progress
 from .settings.config import Config
+from .settings.laws import InstalledLaw
 from .store import lease, states
 from .store.files import require_writable
 from .store.lease import Lease
@@ -48,16 +50,22 @@ def simulate(
     on_frame: Callable[["Progress"], None] | None = None,
     resume: Mapping[str, np.ndarray] | None = None,
     progress: bool = False,
+    material: Any = None,
+    sintering: Any = None,
 ) -> xr.Dataset:
     """Simulate one run, in memory alone; see ``simulate_case`` for what is returned and raised.
 
-    ``progress``: whether to show a bar, on a terminal or in a notebook.  Raises NoSolver where Taichi is not installed,
-    ConfigError where it computes on another device than was asked for, or for what is no configuration.
+    ``progress``: whether to show a bar, on a terminal or in a notebook; ``material``, ``sintering``: a law in place of
+    the configuration's, see ``own_law.pass_law``.  Raises NoSolver where Taichi is not installed, ConfigError where it
+    computes on another device than was asked for, where a law of somebody else's breaks a rule, or for what is no
+    configuration.
     """
     if not isinstance(config, Config):
         raise ConfigError(f"simulate takes a configuration, not {type(config).__name__}: simulate(compose([...]))")
     solver, device = _solver(), _device()
     warn_of_settings_left_out()
+    config = _with_laws(config, material=material, sintering=sintering)
+    _require_lawful(config)
     with show_progress("frame", config.case.frames, is_hidden=not progress) as update:
 
         def note_frame(now: "Progress") -> None:
@@ -74,6 +82,23 @@ def simulate(
 def use_service(address: "Address") -> None:
     """Have the runs of this process computed by another one, side by side with those of others."""
     _service.set(address)
+
+
+def _with_laws(config: Config, **laws: Any) -> Config:
+    """A configuration with the laws that were passed, by kind; those that are None stay its own."""
+    settings = config.settings()
+    given = {kind: pass_law(kind, law).model_dump() for kind, law in laws.items() if law is not None}
+    if not given:
+        return config
+    return Config.model_validate({**settings, **{kind: {**settings[kind], "law": law} for kind, law in given.items()}})
+
+
+def _require_lawful(config: Config) -> None:
+    """Check that laws that are somebody else's break no rule.  Raises ConfigError with the rule and the point."""
+    if any(isinstance(law, InstalledLaw) for law in (config.case.material.law, config.case.sintering.law)):
+        from .rules import require_lawful
+
+        require_lawful(config.case)
 
 
 def _solver() -> ModuleType:

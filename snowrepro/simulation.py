@@ -19,7 +19,7 @@ from .mpm.service import frames as ask_service
 from .mpm.state import list_quantities
 from .scene.build import Scene, build_scene
 from .settings.case import MODEL_VERSION, Case
-from .settings.laws import Stomakhin
+from .settings.laws import InstalledLaw, Stomakhin
 
 
 @dataclass
@@ -229,6 +229,9 @@ def _describe(case: Case, record: Record) -> xr.Dataset:
     }
     if case.material.law != Stomakhin():
         dataset.attrs["title"] += f", material {case.material.law.name}"
+    for law in (case.material.law, case.sintering.law):
+        if isinstance(law, InstalledLaw):
+            dataset.attrs["title"] += f", {law.name} of {law.origin}"
     if case.indenter:
         dataset.attrs["title"] += ", indented at release"
         dataset.attrs["comment"] += " floor_work is of floor, vice and indenter together."

@@ -12,9 +12,9 @@ import snowrepro
 PACKAGE = Path(snowrepro.__file__).parent
 ROOMS = (
     "errors", "units", "quantities", "sources", "version", "text", "markup", "progress", "foreign", "settings",
-    "composition", "analysis", "physics", "scene", "laws", "mpm", "reference",
-    "simulation", "point", "store", "summary", "run", "sweep", "evidence", "report", "notebook", "checks",
-    "cli",
+    "own_law", "composition", "analysis", "physics", "scene", "laws", "mpm", "reference",
+    "simulation", "point", "sintering_map", "rules", "store", "summary", "run", "sweep", "evidence", "report",
+    "notebook", "checks", "cli",
 )  # fmt: skip
 ROOMS_OF_REPORT = ("document", "drawing", "sections", "figures", "viewer", "page", "film", "crate")
 DOORS = ("snowrepro", "snowrepro.__main__")  # lead to the rooms, and are led to from none

@@ -8,6 +8,7 @@ options so far.
 import argparse
 import re
 from collections.abc import Callable, Iterable, Iterator
+from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 BUILT_IN = _PACKAGE / "conf" if (_PACKAGE / "conf").is_dir() else _PACKAGE.parent / "conf"
 OWN = Path("conf")  # the user's, in the working directory
 OWN_EXPERIMENTS = Path("experiments")
+OWN_LAWS = ("material", "sintering")  # groups that installed packages add to
 SWEEPS, RECORD, WORK = "sweeps", "sweep.json", ".work"
 SWEEP_NAME = re.compile(r"[\w=+~][\w.,=+~-]*")
 TABLE = "results.csv"  # of a sweep: its first line has the names of the columns
@@ -112,6 +114,8 @@ def _options_by_group() -> dict[str, list[str]]:
         for path in (*conf.glob("*/*.yaml"), *conf.glob("*/*/*.yaml")):
             names.setdefault(path.parent.relative_to(conf).as_posix(), set()).add(path.stem)
     names.setdefault("experiment", set()).update(path.stem for path in OWN_EXPERIMENTS.glob("*.yaml"))
+    for group in OWN_LAWS:
+        names.setdefault(group, set()).update(point.name for point in entry_points(group=f"snowrepro.{group}"))
     return {group: sorted(stems) for group, stems in names.items()}
 
 

@@ -23,6 +23,7 @@ from .experiments import CONF_DIR, all_variants, list_own_experiments
 from .messages import explain, one_message
 from .option_files import describe_broken_file, require_small_files
 from .overrides import prepare_overrides
+from .own_laws import check_own_laws
 from .own_options import offer_own_options
 
 if TYPE_CHECKING:
@@ -89,7 +90,7 @@ def validate(raw: DictConfig) -> Config:
     """Turn Hydra's config into a ``Config``.  Raises ConfigError naming each wrong key and its bounds."""
     try:
         own = OmegaConf.masked_copy(raw, [str(key) for key in raw if key != "hydra"]) if "hydra" in raw else raw
-        return Config.model_validate(read_drawings(plain_settings(own)))
+        return Config.model_validate(check_own_laws(read_drawings(plain_settings(own))))
     except OmegaConfBaseException as error:
         raise ConfigError(one_message(error)) from error
     except ValidationError as error:

@@ -5,7 +5,7 @@ import functools
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, get_args, get_origin
+from typing import Annotated, Any, get_args, get_origin
 
 import yaml
 from pydantic import BaseModel
@@ -82,7 +82,9 @@ def list_causes(error: BaseException | None) -> list[BaseException]:
 
 def _fields_of(annotation: Any) -> dict[str, FieldInfo]:
     """The fields of the section that a field holds, of all that it may be; none if it holds a value."""
-    kinds = get_args(annotation) or (annotation,)
+    kinds = [
+        kind.__origin__ if get_origin(kind) is Annotated else kind for kind in get_args(annotation) or (annotation,)
+    ]
     sections = [kind for kind in kinds if isinstance(kind, type) and issubclass(kind, BaseModel)]
     return {name: field for section in sections for name, field in section.model_fields.items()}
 

@@ -1,4 +1,7 @@
-"""The user's own options: folders ``conf`` and ``experiments`` in the working directory, beside the built-in ones."""
+"""The user's own options beside the built-in ones: folders ``conf`` and ``experiments`` in the working directory.
+
+Behind them come the laws of installed packages.
+"""
 
 from hydra.core.config_search_path import ConfigSearchPath
 from hydra.core.object_type import ObjectType
@@ -8,6 +11,7 @@ from hydra.plugins.search_path_plugin import SearchPathPlugin
 
 from .experiments import CONF_DIR, FOLDER, OWN_DIR, find_own_experiments
 from .hydra_private import FileConfigSource
+from .own_laws import LawsSource
 
 
 class ExperimentsSource(ConfigSource):
@@ -47,7 +51,7 @@ class ExperimentsSource(ConfigSource):
 
 
 class OwnOptions(SearchPathPlugin):
-    """Lets Hydra find the user's options behind the built-in ones, whatever letters the folders' paths have."""
+    """Lets Hydra find the user's options and laws behind the built-in ones, whatever the folders' paths are."""
 
     def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
         """Add the user's folders, as far as there are any, to a search path of this program; leave others' alone."""
@@ -58,10 +62,11 @@ class OwnOptions(SearchPathPlugin):
             search_path.append(provider="own", path=f"file://{own}")
         if experiments:
             search_path.append(provider="own experiments", path=f"{ExperimentsSource.scheme()}://{experiments}")
+        search_path.append(provider="own laws", path=f"{LawsSource.scheme()}://installed")
 
 
 def offer_own_options() -> None:
     """Let Hydra know of the user's options, which it forgets with all its state in a process that a launcher starts."""
-    for plugin, kind in ((OwnOptions, SearchPathPlugin), (ExperimentsSource, ConfigSource)):
+    for plugin, kind in ((OwnOptions, SearchPathPlugin), (ExperimentsSource, ConfigSource), (LawsSource, ConfigSource)):
         if plugin not in Plugins.instance().discover(kind):
             Plugins.instance().register(plugin)

@@ -1,7 +1,10 @@
 """From a case to the laws that it chose."""
 
+from typing import Any
+
+from ..own_law import make_own_law
 from ..settings.case import Case
-from ..settings.laws import CamClay, ConstantRates, MaenoRates, Sand
+from ..settings.laws import CamClay, ConstantRates, InstalledLaw, MaenoRates, Sand
 from .cam_clay import CamClayMaterial, make_cam_clay
 from .constant import ConstantSintering, make_constant_sintering
 from .maeno import MaenoSintering, make_maeno_sintering
@@ -9,8 +12,8 @@ from .paper import PaperSintering, make_paper_sintering
 from .sand import SandMaterial, make_sand
 from .stomakhin import StomakhinMaterial, make_stomakhin
 
-MaterialLaw = StomakhinMaterial | CamClayMaterial | SandMaterial
-SinteringLaw = PaperSintering | ConstantSintering | MaenoSintering
+MaterialLaw = StomakhinMaterial | CamClayMaterial | SandMaterial | Any  # or somebody else's, with the same methods
+SinteringLaw = PaperSintering | ConstantSintering | MaenoSintering | Any
 
 
 def make_material(case: Case) -> MaterialLaw:
@@ -20,6 +23,8 @@ def make_material(case: Case) -> MaterialLaw:
         return make_cam_clay(case, law)
     if isinstance(law, Sand):
         return make_sand(case, law)
+    if isinstance(law, InstalledLaw):
+        return make_own_law("material", case, law)
     return make_stomakhin(case)
 
 
@@ -30,4 +35,6 @@ def make_sintering(case: Case) -> SinteringLaw:
         return make_constant_sintering(case, law)
     if isinstance(law, MaenoRates):
         return make_maeno_sintering(case, law)
+    if isinstance(law, InstalledLaw):
+        return make_own_law("sintering", case, law)
     return make_paper_sintering(case)

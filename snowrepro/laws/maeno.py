@@ -15,7 +15,11 @@ from ..settings.laws import MaenoRates
 from .paper import PaperSintering, make_paper_sintering
 
 FINENESS, CROCUS_DENSITY = 1.0, 250.0  # of Vionnet et al. (2012)
-LEAST_STRESS = 1.0  # Pa
+MECHANISMS = (
+    "diffusion through the lattice", "diffusion along grain boundaries", "dislocation creep",
+    "sliding of grain boundaries", "settling",
+)  # fmt: skip
+VALUES, TABLE = ti.types.ndarray(dtype=ti.f64, ndim=1), ti.types.ndarray(dtype=ti.f64, ndim=2)
 
 
 @ti.data_oriented
@@ -34,15 +38,33 @@ class MaenoSintering:
     sliding: float
 
     @ti.func
+    def rates(self, rho, sigma):
+        """Rates of densification of real snow [1/s] by each of MECHANISMS, whichever acts."""
+        D = rho / firn.RHO_ICE
+        return ti.Vector(
+            [
+                firn.diffusion_rate(sigma, D, self.grain, self.lattice),
+                firn.diffusion_rate(sigma, D, self.grain, self.boundary),
+                firn.creep_rate(sigma, D, self.dislocation, firn.DISLOCATION_POWER),
+                firn.creep_rate(sigma, D, self.sliding, firn.SLIDING_POWER),
+                firn.settling_rate(sigma, rho, self.below_melting, FINENESS, CROCUS_DENSITY),
+            ]
+        )
+
+    @ti.func
     def rate(self, rho, sigma):
         """Rate of densification of real snow [1/s], by the fastest mechanism."""
-        D = rho / firn.RHO_ICE
-        fastest = firn.diffusion_rate(sigma, D, self.grain, self.lattice)
-        fastest = ti.max(fastest, firn.diffusion_rate(sigma, D, self.grain, self.boundary))
-        fastest = ti.max(fastest, firn.creep_rate(sigma, D, self.dislocation, firn.DISLOCATION_POWER))
-        fastest = ti.max(fastest, firn.creep_rate(sigma, D, self.sliding, firn.SLIDING_POWER))
-        settles = firn.settling_rate(sigma, rho, self.below_melting, FINENESS, CROCUS_DENSITY)
-        return ti.select(rho < self.settles_below, settles, fastest)
+        rates = self.rates(rho, sigma)
+        fastest = ti.max(rates[0], rates[1], rates[2], rates[3])
+        return ti.select(rho < self.settles_below, rates[4], fastest)
+
+    @ti.kernel
+    def fill_rates(self, rho: VALUES, sigma: VALUES, rates: TABLE):
+        """Fill ``rates`` (point, mechanism) of points of a density and a stress (point,)."""
+        for i in range(rho.shape[0]):
+            found = self.rates(rho[i], sigma[i])
+            for m in ti.static(range(len(MECHANISMS))):
+                rates[i, m] = found[m]
 
     @ti.func
     def advance(self, rho, xi, sigma_m, b_norm, time_step, weight):

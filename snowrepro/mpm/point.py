@@ -30,6 +30,31 @@ def update(
             stresses[p] = constants.material.stress(F_E, R, h * particles.mu[p], h * particles.lam[p])
 
 
+VALUES = ti.types.ndarray(dtype=ti.f64, ndim=1)
+
+
+@ti.kernel
+def advance(
+    constants: ti.template(), rho: VALUES, xi: VALUES, sigma: VALUES, b: VALUES, E: VALUES, nu: VALUES, dt: ti.f64
+):
+    """One update of the sintering law at points; rho and xi become those after it."""
+    for p in range(rho.shape[0]):
+        rho[p], E[p], nu[p], xi[p] = constants.sintering.advance(rho[p], xi[p], sigma[p], b[p], dt, 1.0)
+
+
+def sinter_once(
+    case: Case, rho: np.ndarray, sigma: np.ndarray, b: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return (rho, E, nu, xi) after one update of a frame's length, at points of unpressed xi; Taichi was started.
+
+    ``rho``: density before; ``sigma``: von Mises stress; ``b``: external force; all (count,).
+    """
+    rho, sigma, b = (np.ascontiguousarray(each, dtype=float).copy() for each in (rho, sigma, b))
+    E, nu, xi = np.zeros_like(rho), np.zeros_like(rho), np.full_like(rho, case.material.xi)
+    advance(make_constants(case), rho, xi, sigma, b, E, nu, case.loading.frame_time)
+    return rho, E, nu, xi
+
+
 class Points:
     """``count`` points of unpressed snow of a case, each of one unit of volume; Taichi has been started.
 

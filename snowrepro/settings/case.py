@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from .base import AddedLater, Name, Settings
-from .laws import MaterialChoice, PaperRates, SinteringChoice, Stomakhin
+from .laws import CamClay, MaterialChoice, PaperRates, Sand, SinteringChoice, Stomakhin
 from .loading import MOST_FRAMES, Loading
 
 MODEL_VERSION = 5  # goes up when the same case gives another result, or a result that holds more
@@ -103,7 +103,7 @@ class Material(Settings):
 
     @model_validator(mode="after")
     def _has_what_sintering_multiplies(self) -> "Material":
-        if not isinstance(self.law, Stomakhin) and self.law.sintered != "nothing" and self.xi == 0:
+        if isinstance(self.law, CamClay | Sand) and self.law.sintered != "nothing" and self.xi == 0:
             raise ValueError(
                 f"law.sintered={self.law.sintered} multiplies the strength by xi over its first value, which must not "
                 "be 0: set xi, or law.sintered=nothing"

@@ -3,11 +3,41 @@
 Stresses have the unit of ``material.E``.  Where a description names no source, the value is free.
 """
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Discriminator, Field, Tag
 
-from .base import Settings
+from .base import Name, Settings
+
+
+class InstalledLaw(Settings):
+    """Somebody else's, of an installed package: see ``own_law``.  All but its parameters is found, not chosen."""
+
+    name: Name = Field(description="of the law's entry point")
+    package: str = Field(min_length=1, max_length=200, description="that has the law")
+    version: str = Field(max_length=200, description="of the package")
+    digest: str = Field(pattern=r"^[0-9a-f]{16}$", description="of the package's source")
+    parameters: dict[str, bool | int | float | str] = Field({}, description="as the law declares them")
+
+    @property
+    def origin(self) -> str:
+        """Package and version."""
+        return f"{self.package} {self.version}".strip()
+
+
+def _tag_law(law: Any) -> str:
+    """The name of a law of this program; INSTALLED of one that says of which package it is."""
+    said = law if isinstance(law, dict) else dict(law)
+    return INSTALLED if "package" in said else str(said.get("name"))
+
+
+def _choose_law(names: str) -> Discriminator:
+    """What tells laws apart, with the names of those of this program."""
+    message = f"there is no law of this name; there are {names}, and what installed packages offer"
+    return Discriminator(_tag_law, custom_error_type="no_such_law", custom_error_message=message)
+
+
+INSTALLED = "installed"
 
 
 class Stomakhin(Settings):
@@ -40,7 +70,13 @@ class Sand(Settings):
     )
 
 
-MaterialChoice = Annotated[Stomakhin | CamClay | Sand, Field(discriminator="name")]
+MaterialChoice = Annotated[
+    Annotated[Stomakhin, Tag("stomakhin")]
+    | Annotated[CamClay, Tag("cam_clay")]
+    | Annotated[Sand, Tag("sand")]
+    | Annotated[InstalledLaw, Tag(INSTALLED)],
+    _choose_law("stomakhin, cam_clay, sand"),
+]
 
 
 class PaperRates(Settings):
@@ -67,4 +103,10 @@ class MaenoRates(Settings):
     time_lapse: float = Field(gt=0, description="seconds of real sintering in a second of the simulation [1]")
 
 
-SinteringChoice = Annotated[PaperRates | ConstantRates | MaenoRates, Field(discriminator="name")]
+SinteringChoice = Annotated[
+    Annotated[PaperRates, Tag("paper")]
+    | Annotated[ConstantRates, Tag("constant")]
+    | Annotated[MaenoRates, Tag("maeno")]
+    | Annotated[InstalledLaw, Tag(INSTALLED)],
+    _choose_law("paper, constant, maeno"),
+]

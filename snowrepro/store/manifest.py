@@ -9,6 +9,7 @@ from typing import Any
 
 from .. import foreign
 from ..foreign import Unreadable
+from ..own_law import find_changes
 from ..settings.case import MODEL_VERSION
 from ..settings.execution import COULD_CHANGE_BITS, Execution
 from ..sources import digests_of
@@ -117,12 +118,16 @@ def _sha256(path: Path) -> str:
 
 
 def stale(manifest: Mapping[str, Any], execution: Execution) -> dict[str, str]:
-    """By what a result is older than what would make it now: "config", "code" or "environment", and what differs."""
+    """By what a result is older than what would make it now, and what differs.
+
+    "config", "code", "environment" or, of a law that is somebody else's, "law".
+    """
     before, now = manifest.get("config") or {}, {key: getattr(execution, key) for key in COULD_CHANGE_BITS}
     kinds = {
         "config": differences({key: before.get(key) for key in COULD_CHANGE_BITS}, now),
         "code": _changed(manifest.get("code", {}), CODE),
         "environment": differences(manifest.get("environment", {}), environment()),
+        "law": find_changes(before),
     }
     return {kind: ", ".join(changes) for kind, changes in kinds.items() if changes}
 

@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING, Any
 from .. import foreign
 from ..errors import ConfigError, StoreError
 from ..foreign import Unreadable
+from ..own_law import name_packages
 from ..settings.case import MODEL_VERSION, Case
 from ..settings.config import Config
 from ..text import make_printable
@@ -200,6 +201,7 @@ class Run:
         """
         rounded = {name: float(f"{value:.4g}") for name, value in seconds.items()}
         origin = provenance()
+        origin["versions"] = ", ".join([origin["versions"], *name_packages(self.case)])
         dataset = dataset.assign_attrs(run_id=self.id, seed=self.case.seed, **rounded, **origin)
         content = {"run_id": self.id, "model_version": MODEL_VERSION, **origin, **rounded, **(facts or {})}
         content["kind"] = asdict(_arrays().kind_of(self.case))

@@ -22,6 +22,7 @@ from pydantic import ValidationError
 from ..composition.compose import compose_raw, list_option_files, option_files, plain_settings, validate
 from ..composition.drawings import with_outline_read
 from ..composition.hydra_private import CachingConfigRepository, ConfigDefault, Override
+from ..composition.own_laws import check_own_laws
 from ..errors import ConfigError
 from ..settings.base import Settings
 from ..settings.config import PARTS, Config
@@ -275,12 +276,16 @@ class _Assembly:
         return Config.model_validate({name: _part(structure, name, changed) for name in PARTS})
 
     def _section(self, structure: _Structure, name: str, job: Job) -> Settings:
-        """A section that varies, as it is in a job.  Raises KeyError if it is not known, and ValidationError."""
+        """A section that varies, as it is in a job.
+
+        Raises KeyError if it is not known, and ValidationError or ConfigError.
+        """
         settings = structure.settings[name, self._option(name, job)]
         for i, path in self.roles.leaves.items():
             if path[0] == name:
                 settings = _put(settings, path[1:], self.axes[i].value(job[i]))
-        return type(structure.values[name]).model_validate(with_outline_read(name, settings))
+        checked = check_own_laws({name: with_outline_read(name, settings)})
+        return type(structure.values[name]).model_validate(checked[name])
 
 
 def _part(structure: _Structure, name: str, changed: Mapping[str, Any]) -> Settings:

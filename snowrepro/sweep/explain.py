@@ -37,7 +37,7 @@ def _explain_run(run: Run) -> list[str]:
     lines = [f"{run.id}: {standing.state}", f"  {standing.reason}"]
     if standing.state == states.DONE:
         lines += _made(run.manifest())
-        lines += [f"  stale by {kind}: {what}; rerun=[{kind}] runs it again" for kind, what in standing.stale.items()]
+        lines += [f"  stale by {kind}: {what}; {_say_remedy(kind)}" for kind, what in standing.stale.items()]
     if standing.final:
         lines.append("  not run again: this code would fail again; 'snowrepro retry' tries all the same")
     if standing.state in (states.BROKEN, states.FAILED, states.TIMED_OUT) and not standing.final:
@@ -46,6 +46,11 @@ def _explain_run(run: Run) -> list[str]:
         lines.append("  the next 'snowrepro run' of it goes on from what was kept")
     died = lease.dead_holder(run.work) if is_own_folder(run.work, run.store) else None
     return [*lines, f"  last worked on by {died}, which died"] if died else lines
+
+
+def _say_remedy(kind: str) -> str:
+    """What makes a result anew that is stale by one kind: another law is another run."""
+    return "asked for again it is another run, of another id" if kind == "law" else f"rerun=[{kind}] runs it again"
 
 
 def _read_log(folder: Path, store: Path) -> list[str]:

@@ -17,7 +17,7 @@ from snowrepro.physics import hencky
 @pytest.mark.parametrize("material", ["table1", "cam_clay", "sand"])
 def test_the_laws_of_this_program_pass(material):
     findings = list(check_material(compose([f"material={material}"]).case))
-    assert len(findings) == 5
+    assert len(findings) == 6
     assert {finding.name: finding.measured for finding in findings if finding.state != OK} == {}
 
 
@@ -41,6 +41,8 @@ class WrongMaterial(HenckyMaterial):
         tau = hencky.kirchhoff_stress(F_E, R, mu, lam)
         if ti.static(self.mistake == "observer"):
             tau[0, 0] *= 2.0
+        elif ti.static(self.mistake == "jump"):
+            tau *= ti.select(F_E.determinant() > 1.01, 0.9, 1.0)
         elif ti.static(self.mistake == "symmetry"):
             tau[0, 1] += 0.1 * tau[0, 0]
         elif ti.static(self.mistake == "work"):
@@ -64,6 +66,7 @@ class WrongMaterial(HenckyMaterial):
         ("work", "no work out of nothing"),
         ("stiffness", "tangent stiffness"),
         ("nan", "symmetric stress"),
+        ("jump", "no jump of stress"),
     ],
 )
 def test_a_wrong_law_is_told_with_the_point(monkeypatch, mistake, rule):

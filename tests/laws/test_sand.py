@@ -130,3 +130,41 @@ TREMBLES = pytest.mark.xfail(strict=True, reason="rough sand trembles where it l
 def test_a_column_comes_to_rest(columns, phi):
     energy = columns[phi].kinetic_energy
     assert float(energy[-1]) < 1e-3 * float(energy.max())
+
+
+HALF_WIDTH, CENTRE = 10, 80  # of the column, and its place on the floor [cells]
+# (run-out - half width) / half width over the aspect ratio a, of columns in a channel: Lube et al. (2005), for grains
+# of sand, sugar and rice, and Lajeunesse et al. (2005), for glass beads; both as Lagree et al. (2011) have them.
+MEASURED = {"Lube": (1.2, 1.9, 2.3), "Lajeunesse": (1.8, 2.3, 3.0)}
+
+
+def measured_runout(aspect: float, who: str) -> float:
+    """Proportional to a, and to a to the power of 2/3 for columns that are higher than the third number says."""
+    short, tall, change = MEASURED[who]
+    return short * aspect if aspect < change else tall * aspect ** (2 / 3)
+
+
+def runout_of(aspect: float, phi: float) -> float:
+    """Run-out of a column, mean of both sides: to the last of the columns of one cell that are half full or more."""
+    high = HALF_WIDTH * aspect / 2
+    points = f"[[-10,-{high}],[10,-{high}],[10,{high}],[-10,{high}]]"
+    overrides = [*COLUMN, f"shape.outline.points={points}", f"material.law.friction_angle={phi}"]
+    x = simulate(compose(overrides)).position.values[-1][:, 0]
+    counts, _ = np.histogram(x, bins=np.arange(0, 2 * CENTRE + 1))
+    empty = counts < 2  # of four in a full cell
+    ends = np.argmax(empty[CENTRE:]), np.argmax(empty[:CENTRE][::-1])
+    return (np.mean(ends) - HALF_WIDTH) / HALF_WIDTH
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("aspect", [1, 2, 4])
+def test_a_column_runs_out_as_far_as_those_in_experiments(aspect):
+    """At 30 degrees: between both relations, to a cell in ten, by which the front is known."""
+    low, high = measured_runout(aspect, "Lube"), measured_runout(aspect, "Lajeunesse")
+    assert low - 1 / HALF_WIDTH <= runout_of(aspect, 30) <= high + 1 / HALF_WIDTH
+
+
+@pytest.mark.nightly
+def test_rougher_sand_runs_out_less_than_any_in_experiments():
+    """At 40 degrees: the run-out of the law hangs on its angle, and that of Lube's grains is one relation for all."""
+    assert runout_of(2, 40) < measured_runout(2, "Lube") - 1 / HALF_WIDTH

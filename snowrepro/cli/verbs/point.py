@@ -1,19 +1,27 @@
-"""``snowrepro point``: lead one point of a material along a path of strain, and check its law."""
+"""``snowrepro point``: lead one point along a path of strain, check its laws, or map the mechanisms of sintering."""
 
 import argparse
+import itertools
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from ... import point
+from ... import point, sintering_map
 from ...checks import finding, laws, outputs
 from ...composition import compose
 from ...errors import ConfigError, ExitCode
 from ...report.drawing import path as drawing
 from ...report.drawing import plot
+from ...report.drawing import sintering_map as map_drawing
 from ...store import files
 from .. import candidates, screen
 from ..arguments import EXITS, add_folders, complete_by
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+    from ...settings.case import Case
 
 WORDS = {"path": str, "strain": float, "steps": int}
 HELP = f"""\
@@ -28,9 +36,13 @@ examples:
   snowrepro point material=cam_clay path=compression
   snowrepro point material=sand path=cycles strain=0.05 --out sand.svg
   snowrepro point material=cam_clay --check
+  snowrepro point --map sintering=maeno sintering.law.temperature=248.15
 
-With --check the law is asked for what any law must do: a symmetric stress, the same for each observer; no energy by
-plastic flow; no work out of nothing; no tangent stiffness above the declared one, on which the time step rests.
+With --map the picture shows which mechanism of sintering=maeno acts, over density and stress at its temperature.
+
+With --check the law is asked for what any law must do: a symmetric stress, the same for each observer, that does not
+jump; no energy by plastic flow; no work out of nothing; no tangent stiffness above the declared one, on which the time
+step rests.  The sintering law is tried too.
 
 {EXITS}
 """
@@ -40,7 +52,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Which material and path, whether to check it, and where the picture goes."""
     words = parser.add_argument("overrides", nargs="*", help="path=, strain=, steps=, and the overrides of a run")
     complete_by(words, candidates.list_overrides)
-    parser.add_argument("--check", action="store_true", help="check the law in place of drawing a path")
+    instead = parser.add_mutually_exclusive_group()
+    instead.add_argument("--check", action="store_true", help="check the law in place of drawing a path")
+    instead.add_argument("--map", action="store_true", help="map the mechanisms of sintering in place of a path")
     parser.add_argument(
         "--out", type=Path, metavar="FILE", help=".png, .svg or .pdf (default: a .png in the folder of reports)"
     )
@@ -48,27 +62,43 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(options: argparse.Namespace) -> ExitCode:
-    """Draw a path and write its table, or check the law."""
+    """Draw a path or a map and write its table, or check the laws."""
     asked, overrides = _read_words(options.overrides)
     config = compose.compose(overrides)
     if options.check:
-        findings = []
-        for each in laws.check_material(config.case):
-            findings.append(each)
-            screen.show(*outputs.format_next(each, findings[:-1]))
-        return finding.choose_exit_code(findings)
+        return _check(config.case)
     path = point.Path(**asked)
-    name = f"{config.case.material.law.name}-{path.name}.png"
-    out = options.out or Path(config.question.reports, "point", name)
+    if options.map and asked:
+        raise ConfigError(f"--map has no path: leave out {', '.join(asked)}")
+    name = "sintering_map" if options.map else f"{config.case.material.law.name}-{path.name}"
+    out = options.out or Path(config.question.reports, "point", f"{name}.png")
     plot.read_format(out)
     files.require_writable(out.parent)
-    dataset = point.follow_path(config.case, path)
-    plot.save_plot(drawing.draw_path(dataset), out)
-    table = out.with_suffix(".csv")
-    with files.published(table) as partial:
-        dataset.to_dataframe().to_csv(partial)
-    screen.show(table, out)
+    if options.map:
+        mapped = sintering_map.map_sintering(config.case)
+        _write(out, map_drawing.draw_map(mapped), sintering_map.tabulate(mapped))
+    else:
+        followed = point.follow_path(config.case, path)
+        _write(out, drawing.draw_path(followed), followed.to_dataframe())
     return ExitCode.FINE
+
+
+def _check(case: "Case") -> ExitCode:
+    """Check the laws of a case, and show each finding as soon as it is there."""
+    findings: list[finding.Finding] = []
+    for each in itertools.chain(laws.check_material(case), laws.check_sintering(case)):
+        findings.append(each)
+        screen.show(*outputs.format_next(each, findings[:-1]))
+    return finding.choose_exit_code(findings)
+
+
+def _write(out: Path, figure: "Figure", table: "pd.DataFrame") -> None:
+    """Write a picture, and its table beside it."""
+    plot.save_plot(figure, out)
+    place = out.with_suffix(".csv")
+    with files.published(place) as partial:
+        table.to_csv(partial)
+    screen.show(place, out)
 
 
 def _read_words(words: Sequence[str]) -> tuple[dict[str, Any], list[str]]:
