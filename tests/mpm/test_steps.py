@@ -226,7 +226,7 @@ def test_time_step_follows_hardened_stiffness(taichi):
         state["hardening"], state["J_P"] = np.full(30, exponent / 0.5), np.full(30, 0.5)
         particles, nodes, ledger = place(state)
         serial.advance_frame(particles, nodes, ledger, constants("cubic", frame_time=0.02), 0.0, 0.0, 0)
-        taken.append(ledger.smallest_step[None])
+        taken.append(ledger.smallest_step[0])
     assert taken[0] <= 0.4 / np.sqrt(1.4e5 / 100)
     assert taken[0] / taken[1] == pytest.approx(10, rel=0.35)  # frames hold whole numbers of steps
     assert taken[2] == pytest.approx(taken[1], rel=0.05)
@@ -265,7 +265,7 @@ def test_what_stops_being_finite_is_a_failure(taichi, small_config, name, value)
 def move(particles: ti.template(), nodes: ti.template(), numbers: ti.template(), dt: ti.f64):
     ti.loop_config(serialize=True)
     for p in range(particles.count):
-        steps.step_6_to_9_particle(p, particles, nodes, numbers, dt, 10.0)
+        steps.step_6_to_9_particle(p, ti.Vector(WHOLE), particles, nodes, numbers, dt, 10.0)
 
 
 def test_what_the_floor_does_to_a_particle_is_booked(taichi):

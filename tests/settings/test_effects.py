@@ -207,8 +207,8 @@ class Crushed:
 def test_how_many_may_be_crushed():
     """More than solver.max_bounded end the run."""
     with pytest.raises(Diverged, match=r"3% of the particles are crushed to the lowest J_P, 0\.1"):
-        check_volume(Crushed(), compose(["solver.max_bounded=0.02"]).case, 9)
-    check_volume(Crushed(), compose(["solver.max_bounded=0.04"]).case, 9)
+        check_volume(Crushed().read, compose(["solver.max_bounded=0.02"]).case, 9)
+    check_volume(Crushed().read, compose(["solver.max_bounded=0.04"]).case, 9)
 
 
 @pytest.mark.parametrize(("name", "value"), [("softening_length", 2.0), ("contact", "penalty")])

@@ -66,7 +66,7 @@ class Motion:
         """So many frames; a failure of the solver is one of the test."""
         for _ in range(frames):
             solver.advance_frame(self.particles, self.nodes, self.ledger, self.constants, gravity, damping, False)
-            assert self.ledger.status[None] == 0
+            assert self.ledger.status[0] == 0
 
     def read(self, name: str) -> np.ndarray:
         return self.particles.read(name)

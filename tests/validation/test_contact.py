@@ -61,7 +61,7 @@ def test_particles_inside_the_floor_are_counted_and_handled(inside, least, most)
     centre = np.array([bottom, bottom])
     for _ in range(150):
         motion.advance(gravity=GRAVITY)
-        counted += motion.ledger.ended_inside[None]
+        counted += motion.ledger.ended_inside[0]
         depths.append(np.hypot(*(motion.mean("position") - centre)) - 40)
     assert counted > 10
     assert least < max(depths) < most
