@@ -177,7 +177,9 @@ def _attempt(run: Run, on_progress: Callable[["Progress"], None] | None, lease_o
             log.info("%s particles, %s substeps, %.1f s", f"{particles:,}", f"{substeps:,}", watch.seconds())
             facts = {"peak_memory_mb": peak_memory_mb(), "began": watch.began, "command": command(job_overrides())}
             facts["device"] = _device().read_device()
-            run.save(dataset, facts, folder, wall_seconds=watch.seconds(), seconds_per_frame=watch.per_frame())
+            share = 1.0 / _device().count_sharers()  # of the time, what this run is charged with
+            seconds, per_frame = share * watch.seconds(), share * watch.per_frame()
+            run.save(dataset, facts, folder, wall_seconds=seconds, seconds_per_frame=per_frame)
         except KeyboardInterrupt:
             _record(run, lease_of_run, states.INTERRUPTED, watch.describe_stop())
             raise

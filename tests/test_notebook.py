@@ -57,7 +57,7 @@ def test_the_notebook_is_made_of_its_page(monkeypatch):
     assert not any(cell.get("outputs") for cell in cells)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_every_cell_shows_what_it_should(tmp_path: Path, environment: dict):  # noqa: F811 - the fixture
     """In an empty folder, with runs that are coarse and short."""
     folder = tmp_path / "reader"

@@ -6,18 +6,24 @@ import taichi as ti
 
 from ..errors import ConfigError
 
-_elsewhere = ContextVar("_elsewhere", default="")  # what another process computes on for this one
+# What another process computes on for this one, and how many cases it computes side by side.
+_elsewhere: ContextVar[tuple[str, int]] = ContextVar("_elsewhere", default=("", 1))
 
 
-def note_elsewhere(device: str) -> None:
-    """Take note of what another process computes on for this one, as its ``read_device`` says."""
-    _elsewhere.set(device)
+def note_elsewhere(device: str, cases: int) -> None:
+    """Take note of what another process computes on for this one, as its ``read_device`` says, and for how many."""
+    _elsewhere.set((device, cases))
+
+
+def count_sharers() -> int:
+    """How many cases are computed side by side with that of this process, itself included."""
+    return _elsewhere.get()[1]
 
 
 def read_device() -> str:
     """The architecture that Taichi has started on, such as x64, arm64 or cuda; empty before it has started."""
     program = ti.lang.impl.get_runtime().prog
-    return _elsewhere.get() or (str(program.config().arch.name) if program else "")
+    return _elsewhere.get()[0] or (str(program.config().arch.name) if program else "")
 
 
 def require_device(device: str) -> None:

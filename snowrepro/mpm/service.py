@@ -7,11 +7,12 @@ next.  Particles go through a file in memory, a frame of each case at a time: a 
 
 import contextlib
 import dataclasses
+import queue
 import selectors
 import threading
 import time
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from multiprocessing import AuthenticationError
 from multiprocessing.connection import Client, Connection, Listener
@@ -46,8 +47,8 @@ def frames(
     """Yield the frames of a case as ``solver.frames`` does.  Raises what that does; RunsFailed if that ends."""
     with _connect(address) as connection:
         connection.send((case, scene, resume))
-        path, first, computes_on = _receive(connection)
-        note_elsewhere(computes_on)
+        path, first, computes_on, cases = _receive(connection)
+        note_elsewhere(computes_on, cases)
         table = np.memmap(path, dtype=float, mode="r", offset=first)
         follower = Follower(case, scene, partial(_ask_whole, connection))
         while True:
@@ -109,39 +110,38 @@ class _Asked:
     resume: Mapping[str, np.ndarray] | None
 
 
-@dataclass
 class _Door:
-    """Where processes come in: those that wait for a batch, and when the last of them came."""
+    """Where processes come in, and wait for a batch."""
 
-    waiting: list[_Asked] = field(default_factory=list)
-    last: float = 0.0
+    def __init__(self, listener: Listener) -> None:
+        self.came: queue.SimpleQueue[_Asked] = queue.SimpleQueue()
+        self.waiting: list[_Asked] = []
+        threading.Thread(target=self._admit, args=(listener,), daemon=True).start()
 
-    def admit(self, listener: Listener) -> None:
+    def _admit(self, listener: Listener) -> None:
         """Let in who asks, for as long as this process lives."""
+        gone_or_strange = (OSError, EOFError, AuthenticationError)
         while True:
-            with contextlib.suppress(
-                OSError, EOFError, AuthenticationError
-            ):  # one that went away again, or does not know the key
+            with contextlib.suppress(*gone_or_strange):
                 connection = listener.accept()
-                self.waiting.append(_Asked(connection, *connection.recv()))
-                self.last = time.monotonic()
+                self.came.put(_Asked(connection, *connection.recv()))
 
     def gather(self, most: int) -> list[_Asked]:
         """Wait until nobody new has come for a while; return those that the solver is compiled alike for."""
-        while not self.waiting or (time.monotonic() - self.last < PATIENCE and len(self.waiting) < most):
-            time.sleep(0.02)
-        waiting, self.waiting = self.waiting, []
-        kind = kind_of(waiting[0].case)
-        together = [asked for asked in waiting if kind_of(asked.case) == kind][:most]
-        self.waiting = [asked for asked in waiting if not any(asked is each for each in together)] + self.waiting
+        if not self.waiting:
+            self.waiting.append(self.came.get())
+        with contextlib.suppress(queue.Empty):
+            while len(self.waiting) < most:
+                self.waiting.append(self.came.get(timeout=PATIENCE))
+        kind = kind_of(self.waiting[0].case)
+        together = [asked for asked in self.waiting if kind_of(asked.case) == kind][:most]
+        self.waiting = [asked for asked in self.waiting if not any(asked is each for each in together)]
         return together
 
 
 def serve(address: Address, threads: int, most: int) -> None:
     """Compute batches of at most ``most`` cases for who asks, until this process is ended."""
-    door = _Door()
-    listener = Listener(address.path, family="AF_UNIX", backlog=most, authkey=address.key)
-    threading.Thread(target=door.admit, args=(listener,), daemon=True).start()
+    door = _Door(Listener(address.path, family="AF_UNIX", backlog=most, authkey=address.key))
     number = 0
     while True:
         group = door.gather(most)
@@ -167,7 +167,7 @@ def _serve_batch(group: list[_Asked], path: Path, threads: int) -> None:
     places = np.cumsum([0, *batch.places.counts]) * batch.whole.width
     table = np.memmap(path, dtype=float, mode="w+", shape=(int(places[-1]),))
     for asked, first in zip(group, places[:-1], strict=True):
-        _send(asked.connection, (str(path), int(first) * table.itemsize, read_device()))
+        _send(asked.connection, (str(path), int(first) * table.itemsize, read_device(), len(group)))
     told = batch.start()
     with selectors.DefaultSelector() as selector:
         for i, asked in enumerate(group):

@@ -10,7 +10,7 @@ from tests.validation.motion import ELASTIC, Motion, in_space, rings
 RHO, E, NU, RADIUS = 100.0, 1e4, 0.3, 8.0
 WAVE = np.sqrt(E / RHO)  # speed of a wave in a rod; a radius takes 0.8 s
 SPEED = 0.05 * WAVE  # of each disc; both are flattened by a tenth of the radius
-SPLINES = ("quadratic", "cubic")
+SPLINES = (pytest.param("quadratic", marks=pytest.mark.nightly), "cubic")
 
 
 class Collision:

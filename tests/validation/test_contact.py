@@ -99,7 +99,7 @@ SWINGS = pytest.mark.xfail(strict=True, reason="a block that hardly slides swing
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("spline", ["quadratic", "cubic"])
+@pytest.mark.parametrize("spline", [pytest.param("quadratic", marks=pytest.mark.nightly), "cubic"])
 @pytest.mark.parametrize(
     ("contact", "friction"),
     [
@@ -118,7 +118,7 @@ def test_block_slides_above_the_friction_angle(contact, friction, spline, compar
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("spline", ["quadratic", "cubic"])
+@pytest.mark.parametrize("spline", [pytest.param("quadratic", marks=pytest.mark.nightly), "cubic"])
 @pytest.mark.parametrize("friction", [0.38, 0.5])
 @pytest.mark.parametrize("contact", ["coulomb", "penalty"])
 def test_block_sticks_below_the_friction_angle(contact, friction, spline, compare):
