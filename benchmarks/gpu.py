@@ -9,7 +9,9 @@ written at once: gpu.json and gpu.md in --out (else here).  --device cpu: the sa
 
 import argparse
 import concurrent.futures
+import contextlib
 import functools
+import io
 import json
 import os
 import platform
@@ -21,6 +23,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+import taichi as ti
 from tables import format_table
 
 from snowrepro.composition.compose import compose
@@ -69,7 +72,8 @@ def main() -> None:
         return
     counts = COUNTS[1:2] if arguments.quick else COUNTS
     found: dict = {"machine": describe_machine(), "device": arguments.device, "quick": arguments.quick}
-    for part in ("bits", f"rate {counts[-1]}", "sweep", *(f"rate {count}" for count in counts[:-1])):
+    most = counts[-1]
+    for part in ("bits", f"rate {most}", "sweep", f"profile {most}", *(f"rate {count}" for count in counts[:-1])):
         found[part] = run_part(part, arguments)
         (arguments.out / "gpu.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
         page = "\n".join(describe(found)) + "\n"
@@ -100,6 +104,8 @@ def measure_part(part: str, device: str, quick: bool) -> dict:
     name, _, count = part.partition(" ")
     if name == "bits":
         return compare_bits(device)
+    if name == "profile":
+        return profile(int(count), device, quick)
     return measure_rate(int(count), device, quick) if name == "rate" else measure_sweep(device, quick)
 
 
@@ -174,6 +180,16 @@ def measure_rate(count: int, device: str, quick: bool) -> dict:
         "seconds": spent, "scenes_seconds": built - started, "compile_seconds": compiled - built,
         "memory_mib": read_memory(),
     }  # fmt: skip
+
+
+def profile(count: int, device: str, quick: bool) -> dict:
+    """The rate again with the profiler of Taichi, which slows it: what each loop took, as it prints that."""
+    os.environ["TI_KERNEL_PROFILER"] = "1"
+    rate = measure_rate(count, device, quick)
+    table = io.StringIO()
+    with contextlib.redirect_stdout(table):
+        ti.profiler.print_kernel_profiler_info()
+    return {**rate, "table": table.getvalue().splitlines()}
 
 
 def advance(batch: Batch, followers: list[Follower], told: dict) -> tuple[dict, dict[str, float]]:
