@@ -177,9 +177,7 @@ def _attempt(run: Run, on_progress: Callable[["Progress"], None] | None, lease_o
             log.info("%s particles, %s substeps, %.1f s", f"{particles:,}", f"{substeps:,}", watch.seconds())
             facts = {"peak_memory_mb": peak_memory_mb(), "began": watch.began, "command": command(job_overrides())}
             facts["device"] = _device().read_device()
-            share = 1.0 / _device().count_sharers()  # of the time, what this run is charged with
-            seconds, per_frame = share * watch.seconds(), share * watch.per_frame()
-            run.save(dataset, facts, folder, wall_seconds=seconds, seconds_per_frame=per_frame)
+            run.save(dataset, facts, folder, wall_seconds=watch.seconds(), seconds_per_frame=watch.per_frame())
         except KeyboardInterrupt:
             _record(run, lease_of_run, states.INTERRUPTED, watch.describe_stop())
             raise
@@ -236,6 +234,8 @@ def _with_last_good_state(error: Diverged, run: Run) -> Diverged:
 
     A run repeats its bits, so the state is had by going there again from the last checkpoint.
     """
+    if _service.get():  # which is busy with others
+        return error
     frame = error.frame - 1
 
     def save_if_last(progress: "Progress") -> None:
@@ -274,11 +274,11 @@ class Watch:
         resume: Mapping[str, np.ndarray],
     ) -> None:
         self.run, self.on_progress, self.lease = run, on_progress, lease_of_run
-        spent = float(resume["seconds"]) if resume else 0.0
+        self.spent = float(resume["seconds"]) if resume else 0.0  # in earlier attempts
         self.began = str(resume.get("began", now()))  # the first attempt; an older checkpoint does not say
         self.frame = 0
         self.warned = False
-        self.started = time.perf_counter() - spent
+        self.started = time.perf_counter()
         self.frames: list[float] = []  # when each was there
         self.last_report = self.last_checkpoint = time.perf_counter()
         self.writing_seconds = 0.0  # how long the last checkpoint took to write
@@ -358,12 +358,19 @@ class Watch:
             self.warned = True
 
     def seconds(self) -> float:
-        """Wall time of the run so far, in all processes that had a part in it."""
-        return time.perf_counter() - self.started
+        """Wall time of the run so far, in all processes that had a part in it.
+
+        Where it is computed beside others it is charged with its share, from its first frame on.
+        """
+        sharers = _device().count_sharers()
+        began = self.frames[0] if sharers > 1 and self.frames else self.started
+        return self.spent + (time.perf_counter() - began) / sharers
 
     def per_frame(self) -> float:
-        """Wall time of a frame in this process; the first one compiles and does not count."""
-        return (self.frames[-1] - self.frames[1]) / (len(self.frames) - 2) if len(self.frames) > 2 else float("nan")
+        """Wall time of a frame in this process, or its share; the first one compiles and does not count."""
+        if len(self.frames) <= 2:
+            return float("nan")
+        return (self.frames[-1] - self.frames[1]) / (len(self.frames) - 2) / _device().count_sharers()
 
 
 @contextmanager

@@ -59,6 +59,7 @@ class LocalLauncher(Launcher):
         self.memory_gb = memory_gb
         self.time_limit_minutes = time_limit_minutes
         self.retries = retries
+        self.running = 0  # jobs at a time
         self.service: Any = None
         self.config: DictConfig | None = None
         self.task_function: TaskFunction | None = None
@@ -85,6 +86,7 @@ class LocalLauncher(Launcher):
             label = " ".join(o for o in filter_overrides(overrides) if o not in common) or f"job {index}"
             jobs.append(Job(label, functools.partial(self._prepare_job, overrides, index)))
         limits = Limits(self._choose_workers(len(jobs)), 60.0 * self.time_limit_minutes, self.retries)
+        self.running = limits.workers
         with self._start_service(), SweepTable(len(jobs), limits.workers) as table:
             run_jobs(jobs, limits, table)
         return [_make_job_return(job.result) for job in jobs]
@@ -141,7 +143,7 @@ class BatchLauncher(LocalLauncher):
         """Start the process that computes, for as long as the jobs run."""
         from snowrepro.sweep.together import start_service
 
-        with start_service(self.threads, self.most) as self.service:
+        with start_service(self.threads, min(self.most, self.running)) as self.service:
             yield
 
 

@@ -41,11 +41,15 @@ class Block:
 
 @dataclass(frozen=True)
 class News:
-    """What the device says of a case's frame: its number, outcome, and what may have changed of its particles."""
+    """What the device says of a case's frame: its number, outcome, and what may have changed of its particles.
+
+    ``is_start``: it is where the case begins, and was not computed.
+    """
 
     number: int
     outcome: Outcome
     blocks: tuple[Block, ...]
+    is_start: bool = False
 
 
 @dataclass
@@ -74,6 +78,7 @@ class Follower:
         self.constants = make_constants(case)
         self.quantities = state.list_quantities(case)
         self.shapes = {quantity.name: quantity.shape for quantity in self.quantities}
+        self.real = np.float32 if case.solver.precision == "f32" else np.float64
         self.known: Values = {}
         self.number = -1
 
@@ -83,7 +88,7 @@ class Follower:
         fresh = {name: values for block in news.blocks for name, values in self._split(block)}
         self.known, self.number = {**kept, **fresh}, news.number
         frame = Frame(news.number, news.outcome, _Snapshot(self.quantities, dict(self.known), self.fetch))
-        if not _is_first(news):
+        if not news.is_start:
             check_frame(frame.outcome, frame.read, self.case, self.constants, news.number)
         return frame
 
@@ -91,9 +96,9 @@ class Follower:
         """The external force in the case's next frame (n, 2); None where there is none, or it is as before."""
         number = self.number + 1
         if is_pressed(self.case, number):
-            positions = self.known["position"]
-            self.known["force"] = make_pressing_force(self.case, self.scene, positions, number)
-            return self.known["force"]
+            force = make_pressing_force(self.case, self.scene, self.known["position"], number)
+            self.known["force"] = force.astype(self.real).astype(float)  # as the device keeps it
+            return force
         if is_release(self.case, number):
             self.known["force"] = np.zeros_like(self.known["force"])
         return None
@@ -106,11 +111,6 @@ class Follower:
             found.append((name, block.values[:, first:last].reshape(-1, *self.shapes[name]).copy()))
             first = last
         return found
-
-
-def _is_first(news: News) -> bool:
-    """Whether news are of where a case begins, which is no frame that was computed."""
-    return news.outcome.substeps == 0
 
 
 @dataclass
@@ -167,9 +167,9 @@ class Batch:
 
     def start(self) -> dict[int, News]:
         """Where each case begins, with all its quantities: frame 0, or the frame of its checkpoint."""
-        outcomes = [dataclasses.replace(outcome, substeps=0) for outcome in read_outcomes(self.ledger)]
+        outcomes = read_outcomes(self.ledger)
         return {
-            i: News(member.number, outcomes[i], (self._read(self.whole, [i])[i],))
+            i: News(member.number, outcomes[i], (self._read(self.whole, [i])[i],), is_start=True)
             for i, member in enumerate(self.members)
         }
 
@@ -286,9 +286,10 @@ def require_one_kind(cases: Sequence[Case]) -> Constants:
     return constants
 
 
-def kind_of(case: Case) -> tuple[Constants, str, str, str]:
-    """What the cases of a batch have in common: constants, device, precision, and what the release stops."""
-    return make_constants(case), case.solver.device, case.solver.precision, case.reading.release
+def kind_of(case: Case) -> tuple[Constants, str, str, str, str]:
+    """What the cases of a batch have in common: constants, device, precision, first volume, what the release stops."""
+    reading, solver = case.reading, case.solver
+    return make_constants(case), solver.device, solver.precision, reading.initial_volume, reading.release
 
 
 def _put_side_by_side(scenes: Sequence[Scene], places: Cases) -> tuple[np.ndarray, np.ndarray]:

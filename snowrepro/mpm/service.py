@@ -2,7 +2,7 @@
 
 A process that makes a run asks for frames as ``solver.frames`` gives them, and gets the same bits.  Those that ask
 within PATIENCE of each other, and that the solver is compiled alike for, are one batch; who comes later waits for the
-next.  Particles go through a file in memory, a frame of each case at a time: a case goes on when its process says so.
+next.  Particles go through a file, a frame of each case at a time: a case goes on when its process says so.
 """
 
 import contextlib
@@ -27,9 +27,11 @@ from ..settings.case import Case
 from .batch import Batch, Block, Follower, News, Values, kind_of
 from .device import note_elsewhere, read_device
 from .frame import Frame
+from .state import list_quantities
 
-PATIENCE = 2.0  # seconds without a new case before a batch begins
+PATIENCE = 5.0  # seconds without a new case before a batch begins that is not full
 STARTING = 120.0  # seconds that it may take until it is there
+REFUSING = 5.0  # seconds that one which is starting may refuse to be asked; longer only one that has ended
 GO_ON, WHOLE = "go on", "whole"  # what a process asks for behind a frame
 
 
@@ -44,9 +46,17 @@ class Address:
 def frames(
     address: Address, case: Case, scene: Scene, resume: Mapping[str, np.ndarray] | None = None
 ) -> Iterator[Frame]:
-    """Yield the frames of a case as ``solver.frames`` does.  Raises what that does; RunsFailed if that ends."""
+    """Yield the frames of a case as ``solver.frames`` does.  Raises what that does; RunsFailed if the service ends."""
+    try:
+        yield from _follow(address, case, scene, resume)
+    except (EOFError, ConnectionError) as error:
+        raise RunsFailed("the process that computes the batch ended") from error
+
+
+def _follow(address: Address, case: Case, scene: Scene, resume: Mapping[str, np.ndarray] | None) -> Iterator[Frame]:
+    """Yield the frames of a case.  Raises what the service says; EOFError or ConnectionError where it is gone."""
     with _connect(address) as connection:
-        connection.send((case, scene, resume))
+        connection.send((case, scene, resume and _select_state(case, resume)))
         path, first, computes_on, cases = _receive(connection)
         note_elsewhere(computes_on, cases)
         table = np.memmap(path, dtype=float, mode="r", offset=first)
@@ -58,6 +68,15 @@ def frames(
             if frame.number == case.frames:
                 return
             connection.send((GO_ON, follower.press()))
+
+
+def _select_state(case: Case, resume: Mapping[str, np.ndarray]) -> Values:
+    """Of a checkpoint what the service needs.  Raises KeyError or ValueError where it is none of this case."""
+    count = len(resume["mass"])
+    state = {
+        quantity.name: np.reshape(resume[quantity.name], (count, *quantity.shape)) for quantity in list_quantities(case)
+    }
+    return {**state, "frame": resume["frame"], "top_speed2": resume["top_speed2"]}
 
 
 def _read_news(told: News, table: np.ndarray, count: int) -> News:
@@ -77,24 +96,25 @@ def _ask_whole(connection: Connection) -> Values:
 
 
 def _connect(address: Address) -> Connection:
-    """Connect to the service, which may have started at the same time.  Raises RunsFailed."""
-    deadline = time.monotonic() + STARTING
+    """Connect to the service, which may have started at the same time.  Raises RunsFailed or ConnectionError."""
+    began = time.monotonic()
     while True:
         try:
             return Client(address.path, authkey=address.key)
-        except (FileNotFoundError, ConnectionRefusedError) as error:
-            if time.monotonic() > deadline:
+        except FileNotFoundError as error:
+            if time.monotonic() > began + STARTING:
                 late = f"the process that computes the batch has not started within {STARTING:g} s"
                 raise RunsFailed(late) from error
+        except ConnectionRefusedError:
+            if time.monotonic() > began + STARTING + REFUSING:
+                raise
+            began = min(began, time.monotonic() - STARTING)
         time.sleep(0.05)
 
 
 def _receive(connection: Connection) -> Any:
-    """What the service answers.  Raises what it sends as the reason of a failure; RunsFailed where it is gone."""
-    try:
-        answer = connection.recv()
-    except (EOFError, ConnectionError) as error:
-        raise RunsFailed("the process that computes the batch ended") from error
+    """What the service answers.  Raises what it sends as the reason of a failure."""
+    answer = connection.recv()
     if isinstance(answer, Exception):
         raise answer
     return answer
@@ -108,6 +128,7 @@ class _Asked:
     case: Case
     scene: Scene
     resume: Mapping[str, np.ndarray] | None
+    kind: Any = None
 
 
 class _Door:
@@ -124,7 +145,13 @@ class _Door:
         while True:
             with contextlib.suppress(*gone_or_strange):
                 connection = listener.accept()
-                self.came.put(_Asked(connection, *connection.recv()))
+                asked = _Asked(connection, *connection.recv())
+                try:
+                    asked.kind = kind_of(asked.case)
+                except Exception as error:  # of a law that is somebody else's
+                    _send(connection, RunsFailed(f"its laws cannot be made: {error}"))
+                    continue
+                self.came.put(asked)
 
     def gather(self, most: int) -> list[_Asked]:
         """Wait until nobody new has come for a while; return those that the solver is compiled alike for."""
@@ -133,10 +160,10 @@ class _Door:
         with contextlib.suppress(queue.Empty):
             while len(self.waiting) < most:
                 self.waiting.append(self.came.get(timeout=PATIENCE))
-        kind = kind_of(self.waiting[0].case)
-        together = [asked for asked in self.waiting if kind_of(asked.case) == kind][:most]
-        self.waiting = [asked for asked in self.waiting if not any(asked is each for each in together)]
-        return together
+        first, *others = self.waiting
+        alike = [first, *(asked for asked in others if asked.kind == first.kind)]
+        self.waiting = [*(asked for asked in others if asked.kind != first.kind), *alike[most:]]
+        return alike[:most]
 
 
 def serve(address: Address, threads: int, most: int) -> None:

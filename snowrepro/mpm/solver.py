@@ -122,7 +122,7 @@ def allocate(case: Case, scene: Scene, constants: Constants) -> tuple[state.Part
     ledger = state.Ledger(Cases([particles.count], [nodes.size]), by_threads=not in_order)
     if case.indenter:
         radius = case.indenter.radius * case.reading.cell
-        nodes.indenter = Indenter(radius, nodes.size, particles.count)
+        nodes.indenter = Indenter(radius, nodes.size, particles.slots)
     if case.reading.initial_volume == "grid_density":
         find_volumes = serial.step_2_volume if in_order else parallel.find_volumes
         find_volumes(particles, nodes, ledger, constants)

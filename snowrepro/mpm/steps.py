@@ -258,6 +258,10 @@ def step_4_and_5_node_velocity(i, j, nodes: ti.template(), constants: ti.templat
         nodes.damping_work[i, j] += mean.dot(damped - pushed)
         nodes.contact_work[i, j] += mean.dot(new - damped)
         nodes.contact_impulse[i, j] += mass * (new - pushed)
+    elif ti.static(constants.summation == "fixed_point"):  # what it gets may round to no mass, and particles see it yet
+        nodes.velocity[i, j] = ti.Vector([0.0, 0.0])
+        if ti.static(constants.transfer == "pic_flip"):
+            nodes.old_velocity[i, j] = ti.Vector([0.0, 0.0])
 
 
 @ti.func

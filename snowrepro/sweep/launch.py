@@ -42,14 +42,15 @@ def launch(plan: Plan, chosen: Sequence[Planned], memory_mb: float) -> None:
         with quiet_about_schemas():
             config = hydra.compose_config("config", overrides, RunMode.MULTIRUN, with_log_configuration=False)
         _require_plugin(config)
-        if "most" in config.hydra.launcher:  # many cases in one launch
-            _require_fit_for_batches(chosen)
+        target = config.hydra.launcher._target_
+        if target.endswith("BatchLauncher"):
+            _require_fit_for_batches(chosen, config.hydra.launcher.most)
         _set_memory(config, memory_mb)
         context = hydra_private.context_of(hydra, config)
-        is_local = config.hydra.launcher._target_.endswith("LocalLauncher")  # which shows its jobs itself
+        is_own = target.startswith("hydra_plugins.snowrepro_launcher.")  # which shows its jobs itself
         with (
             _noise_into(store / LOG),
-            contextlib.nullcontext() if is_local else watching([planned.run for planned in chosen]),
+            contextlib.nullcontext() if is_own else watching([planned.run for planned in chosen]),
         ):
             _launch(jobs, context, config, store / LOG)
 
@@ -81,8 +82,10 @@ def _require_plugin(config: DictConfig) -> None:
             raise ConfigError(f"this launcher is not installed: pip install 'snowrepro[{extra}]'")
 
 
-def _require_fit_for_batches(chosen: Sequence[Planned]) -> None:
-    """Raises ConfigError where a run cannot be computed side by side with others."""
+def _require_fit_for_batches(chosen: Sequence[Planned], most: int) -> None:
+    """Raises ConfigError where a run cannot be computed side by side with others, ``most`` at a time."""
+    if most < 1:
+        raise ConfigError(f"hydra.launcher.most: should be at least 1 (got {most})")
     for planned in chosen:
         case = planned.run.case
         if case.solver.summation != "fixed_point":

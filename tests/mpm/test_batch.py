@@ -13,8 +13,10 @@ import xarray as xr
 
 from snowrepro.composition.compose import compose
 from snowrepro.errors import ConfigError, Diverged
+from snowrepro.mpm import parallel, solver
 from snowrepro.mpm.batch import Batch, Follower, require_one_kind
 from snowrepro.mpm.cases import CHUNK, LANES, Cases
+from snowrepro.mpm.constants import make_constants
 from snowrepro.run import simulate
 from snowrepro.scene.build import build_scene
 from snowrepro.simulation import simulate_cases
@@ -71,6 +73,7 @@ def test_each_case_has_the_bits_that_it_has_alone():
     [
         (),
         ("reading.contact=penalty", "solver.transfer=pic_flip", "reading.release=rest"),
+        ("solver.precision=f32",),
         ("reading.initial_volume=grid_density", "solver.spline=quadratic", "solver.transfer=mls", "material=cam_clay"),
     ],
 )
@@ -94,6 +97,30 @@ def test_a_case_goes_on_from_its_checkpoint():
     again = run_to([other, one], [None, saved], stop=16)[1]
     for name, values in alone.items():
         np.testing.assert_array_equal(again[name], values, err_msg=name)
+
+
+@pytest.mark.slow
+def test_a_frame_that_fails_at_once_is_a_failure():
+    """In its first substep, from a checkpoint on: not a start, and not the end of a run."""
+    (case,) = compose_kinds(kinds=KINDS[:1])
+    saved = run_to([case], [None], stop=2)[0]
+    saved["poisson"][5] = 0.6
+    with pytest.raises(Diverged, match=r"diverged in frame 3 .* particle 5 .* Poisson's ratio of 0\.6"):
+        run_to([case], [saved], stop=9)
+
+
+def test_a_node_without_mass_has_no_old_velocity(taichi):
+    """What reaches a node may round to no mass in fixed point; particles near still read its velocity."""
+    case = compose_kinds(kinds=KINDS[:1])[0]
+    constants = make_constants(case)
+    particles, nodes, ledger = solver.allocate(case, build_scene(case), constants)
+    nodes.velocity.fill(7.0)
+    parallel.begin(particles, nodes, ledger, constants, np.ones(1, np.int32), np.zeros((1, 3)))
+    parallel.advance_substep(particles, nodes, ledger, constants)
+    (low,), (high,) = ledger.low.to_numpy(), ledger.high.to_numpy()
+    part = nodes.velocity.to_numpy()[low[0] : high[0], low[1] : high[1]]
+    assert (nodes.mass.to_numpy()[low[0] : high[0], low[1] : high[1]] == 0.0).any()
+    assert np.abs(part).max() < 7.0
 
 
 def run_to(cases, resumes, stop: int) -> list[dict[str, np.ndarray]]:
@@ -132,6 +159,11 @@ def test_sums_in_fixed_point_are_those_in_order():
     [
         (KINDS[:1], ("solver.summation=in_order",), "solver.summation=in_order gives other bits in other company"),
         (KINDS[:1], ("indenter=disc",), "a batch takes no indenter"),
+        (
+            (("reading.initial_volume=sampled",), ("reading.initial_volume=grid_density",)),
+            (),
+            "differ in what the solver is compiled for",
+        ),
         ((("reading.friction=0.1",), ("reading.friction=0.2",)), (), "differ in what the solver is compiled for"),
     ],
 )
