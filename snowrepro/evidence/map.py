@@ -72,7 +72,8 @@ class ImpactMap:
         """Bracket the pressure at which half of the mass is in lumps, at an impact number."""
         t = self.table
         own = t[(t["floor"] == floor) & (t["arm"] == arm) & (t[IMPACT] == impact)].astype({LUMPS: float})
-        return bracket_half(own.pivot_table(index="seed", columns="pressure", values=LUMPS, dropna=False))
+        lumps = own.pivot_table(index="seed", columns="pressure", values=LUMPS, dropna=False)
+        return bracket_half(lumps) if lumps.notna().any(axis=None) else Crossing(note="no runs")
 
 
 def tabulate_map(sweep: CollectedSweep) -> ImpactMap:

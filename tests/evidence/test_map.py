@@ -102,6 +102,7 @@ def test_half_is_bracketed_at_each_impact_number(mapped):
     missing = without(mapped, "pending", "never run", pressure=300.0)
     half = missing.bracket_half("L", "sintered", 0.1)
     assert (half.low, half.high) == (100, 900)
+    assert without(mapped, "pending", "never run", arm="sintered").bracket_half("L", "sintered", 0.1).note == "no runs"
 
 
 @pytest.mark.parametrize("reason", CAUSES)
@@ -183,7 +184,7 @@ def test_the_pictures_are_drawn_whatever_is_missing(mapped, claims, tmp_path):
         draw_region(shown, choices, readings, tmp_path / f"{name}-region.png")
         assert {path.stat().st_size > 10_000 for path in tmp_path.glob(f"{name}*.png")} == {True}
     assert choices.empty and tabulate_rows(single, choices, list_judged(claims)).empty
-    assert "by lumps on L at none of 1 impact numbers" in write_verdict(single, choices, 1.0)
+    assert "by lumps on L at no impact number, as no choice is known" in write_verdict(single, choices, 1.0)
 
 
 def test_readings_lie_where_their_numbers_are():

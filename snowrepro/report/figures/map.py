@@ -105,8 +105,12 @@ def write_verdict(mapped: ImpactMap, choices: pd.DataFrame, default: float) -> s
     done = int((mapped.table["state"] == states.DONE).sum())
     parts = []
     for name in (BY_LUMPS, BY_BOTH):
-        holds = (share_choices(mapped, choices, name) > 0).any(axis=1)
-        on_floors = [f"on {floor} at {_format_impacts(holds.loc[floor], default)}" for floor in mapped.floors]
+        shares = share_choices(mapped, choices, name)
+        holds = (shares > 0).any(axis=1)[shares.notna().any(axis=1)]  # where any choice is known
+        on_floors = [
+            f"on {floor} at {_format_impacts(holds[holds.index.get_level_values(0) == floor].droplevel(0), default)}"
+            for floor in mapped.floors
+        ]
         parts.append(f"{name} {join_names(on_floors, 'and')}")
     return (
         f"With three pressures chosen at each impact number, all claims can hold {'; '.join(parts)}. "
@@ -115,7 +119,9 @@ def write_verdict(mapped: ImpactMap, choices: pd.DataFrame, default: float) -> s
 
 
 def _format_impacts(holds: pd.Series, default: float) -> str:
-    """Format at which of the impact numbers run something holds, and whether the default reading's is one of them."""
+    """Format at which of the known impact numbers something holds, and whether the default reading's is among them."""
+    if holds.empty:
+        return "no impact number, as no choice is known"
     found, where = holds.index[holds], np.flatnonzero(holds)
     if found.empty:
         return f"none of {len(holds)} impact numbers"
