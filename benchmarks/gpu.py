@@ -165,14 +165,14 @@ def measure_rate(count: int, device: str, quick: bool) -> dict:
     batch = Batch(cases, scenes, [None] * count, os.cpu_count() or 1)
     pairs = zip(cases, scenes, strict=True)
     followers = [Follower(case, scene, functools.partial(batch.read_case, i)) for i, (case, scene) in enumerate(pairs)]
-    told = batch.start()
+    reports = batch.start()
     while any(member.number < 2 for member in batch.members):  # compiles all that it takes
-        told, _ = advance(batch, followers, told)
+        reports, _ = advance(batch, followers, reports)
     compiled = time.perf_counter()
     updates, spent = 0, dict.fromkeys(("host", "begin", "launch", "collect"), 0.0)
     while time.perf_counter() - compiled < SECONDS:
-        told, part = advance(batch, followers, told)
-        updates += sum(news.outcome.substeps * batch.places.counts[i] for i, news in told.items())
+        reports, part = advance(batch, followers, reports)
+        updates += sum(report.outcome.substeps * batch.places.counts[i] for i, report in reports.items())
         spent = {name: spent[name] + part[name] for name in spent}
     seconds = time.perf_counter() - compiled
     return {
@@ -192,21 +192,21 @@ def profile(count: int, device: str, quick: bool) -> dict:
     return {**rate, "table": table.getvalue().splitlines()}
 
 
-def advance(batch: Batch, followers: list[Follower], told: dict) -> tuple[dict, dict[str, float]]:
+def advance(batch: Batch, followers: list[Follower], reports: dict) -> tuple[dict, dict[str, float]]:
     """Have cases go on that wait, and compute a few substeps; what the device tells, and the seconds it all took."""
     moments = [time.perf_counter()]
     forces = {}
-    for i, news in told.items():
-        followers[i].take(news)
+    for i, report in reports.items():
+        followers[i].take(report)
         forces[i] = followers[i].press()
     moments.append(time.perf_counter())
     batch.begin(forces)
     moments.append(time.perf_counter())
     batch.launch()
     moments.append(time.perf_counter())
-    told = batch.collect()
+    reports = batch.collect()
     moments.append(time.perf_counter())
-    return told, dict(zip(("host", "begin", "launch", "collect"), np.diff(moments).tolist(), strict=True))
+    return reports, dict(zip(("host", "begin", "launch", "collect"), np.diff(moments).tolist(), strict=True))
 
 
 def spread(kinds: tuple, count: int) -> list:
@@ -223,7 +223,7 @@ def read_memory() -> int:
 
 
 def measure_sweep(device: str, quick: bool) -> dict:
-    """The sweep by the command line into a store: seconds of the whole, runs done, updates."""
+    """The sweep by the command line into a store: seconds of the whole, and how many runs are done."""
     values = {"pressure": PRESSURES, "sintering": ARMS, "shape": SHAPES, "floor": FLOORS}
     if quick:
         values |= {"shape": SHAPES[:1], "floor": FLOORS[:2], "pressure": PRESSURES[1:2]}
@@ -237,10 +237,9 @@ def measure_sweep(device: str, quick: bool) -> dict:
         done = subprocess.run(command, capture_output=True, text=True)
         seconds = time.perf_counter() - started
         results = list(Path(store).glob("*/run.nc"))
-        rows = [json.loads(path.read_text()) for path in Path(store).glob("*/summary.json")]
     return {
         "runs": int(np.prod([len(each) for each in values.values()])), "done": len(results), "seconds": seconds,
-        "exit": done.returncode, "rows": len(rows), "screen": (done.stdout + done.stderr)[-3000:],
+        "exit": done.returncode, "screen": (done.stdout + done.stderr)[-3000:],
     }  # fmt: skip
 
 

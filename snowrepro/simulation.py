@@ -130,12 +130,12 @@ def simulate_cases(cases: Sequence[Case], threads: int = 1) -> Iterator[tuple[in
         for i, (case, scene) in enumerate(zip(cases, scenes, strict=True))
     ]
     records = [Record() for _ in cases]
-    told = batch.start()
-    while told or batch.is_under_way():
+    reports = batch.start()
+    while reports or batch.is_under_way():
         forces = {}
-        for i, news in told.items():
+        for i, report in reports.items():
             try:
-                records[i].add(followers[i].take(news), cases[i])
+                records[i].add(followers[i].take(report), cases[i])
             except Diverged as error:
                 yield i, error
                 continue
@@ -145,7 +145,7 @@ def simulate_cases(cases: Sequence[Case], threads: int = 1) -> Iterator[tuple[in
                 forces[i] = followers[i].press()
         batch.begin(forces)
         batch.launch()
-        told = batch.collect()
+        reports = batch.collect()
 
 
 def _pack(record: Record, frame: Frame) -> dict[str, np.ndarray]:

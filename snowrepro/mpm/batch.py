@@ -6,6 +6,7 @@ what comes from there, and works out what it needs for the next: it may be in an
 """
 
 import dataclasses
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -15,6 +16,7 @@ from ..errors import ConfigError
 from ..laws.quantity import Quantity
 from ..scene.build import Scene
 from ..settings.case import Case
+from ..settings.execution import require_fit_for_batch
 from . import parallel, state
 from .cases import LANES, Cases
 from .constants import Constants, make_constants
@@ -25,7 +27,7 @@ from .solver import find_released, is_pressed, is_release, make_orders, make_pre
 # What a frame's end is described by: what moves, and what only sintering changes.  The rest is read when asked for.
 MOVING = ("position", "velocity", "J_P", "factor", "von_mises")
 SINTERED = ("density", "young", "poisson", "hardening")
-KEPT = (*SINTERED, "force", "mass")  # is as it was in the frame before, unless it is read anew
+UNCHANGED = (*SINTERED, "force", "mass")  # is as it was in the frame before, unless it is read anew
 
 Checkpoint = Mapping[str, np.ndarray]
 Values = dict[str, np.ndarray]  # quantities of a case's particles by name, each (n, *shape)
@@ -38,9 +40,15 @@ class Block:
     names: tuple[str, ...]
     values: np.ndarray
 
+    def split(self, shapes: Mapping[str, tuple[int, ...]]) -> Values:
+        """A copy of each quantity, shape (n, *shape)."""
+        widths = [math.prod(shapes[name]) for name in self.names]
+        parts = np.split(self.values, np.cumsum(widths[:-1]), axis=1)
+        return {name: part.reshape(-1, *shapes[name]).copy() for name, part in zip(self.names, parts, strict=True)}
+
 
 @dataclass(frozen=True)
-class News:
+class FrameReport:
     """What the device says of a case's frame: its number, outcome, and what may have changed of its particles.
 
     ``is_start``: it is where the case begins, and was not computed.
@@ -82,14 +90,15 @@ class Follower:
         self.known: Values = {}
         self.number = -1
 
-    def take(self, news: News) -> Frame:
+    def take(self, report: FrameReport) -> Frame:
         """The frame that the device tells of.  Raises Diverged where it did not end well."""
-        kept = {name: self.known[name] for name in KEPT if name in self.known}
-        fresh = {name: values for block in news.blocks for name, values in self._split(block)}
-        self.known, self.number = {**kept, **fresh}, news.number
-        frame = Frame(news.number, news.outcome, _Snapshot(self.quantities, dict(self.known), self.fetch))
-        if not news.is_start:
-            check_frame(frame.outcome, frame.read, self.case, self.constants, news.number)
+        unchanged = {name: self.known[name] for name in UNCHANGED if name in self.known}
+        self.known, self.number = unchanged, report.number
+        for block in report.blocks:
+            self.known |= block.split(self.shapes)
+        frame = Frame(report.number, report.outcome, _Snapshot(self.quantities, dict(self.known), self.fetch))
+        if not report.is_start:
+            check_frame(frame.outcome, frame.read, self.case, self.constants, report.number)
         return frame
 
     def press(self) -> np.ndarray | None:
@@ -102,15 +111,6 @@ class Follower:
         if is_release(self.case, number):
             self.known["force"] = np.zeros_like(self.known["force"])
         return None
-
-    def _split(self, block: Block) -> list[tuple[str, np.ndarray]]:
-        """Copies of a block's quantities by name."""
-        found, first = [], 0
-        for name in block.names:
-            last = first + int(np.prod(self.shapes[name], dtype=int))
-            found.append((name, block.values[:, first:last].reshape(-1, *self.shapes[name]).copy()))
-            first = last
-        return found
 
 
 @dataclass
@@ -165,11 +165,11 @@ class Batch:
                 self.members[i].number = int(resume["frame"])
                 self.ledger.top_speed2[i] = float(resume["top_speed2"])
 
-    def start(self) -> dict[int, News]:
+    def start(self) -> dict[int, FrameReport]:
         """Where each case begins, with all its quantities: frame 0, or the frame of its checkpoint."""
         outcomes = read_outcomes(self.ledger)
         return {
-            i: News(member.number, outcomes[i], (self._read(self.whole, [i])[i],), is_start=True)
+            i: FrameReport(member.number, outcomes[i], (self._read(self.whole, [i])[i],), is_start=True)
             for i, member in enumerate(self.members)
         }
 
@@ -197,7 +197,7 @@ class Batch:
         if self.is_under_way():
             parallel.advance_substeps(self.particles, self.nodes, self.ledger, self.constants)
 
-    def collect(self) -> dict[int, News]:
+    def collect(self) -> dict[int, FrameReport]:
         """Wait for the device; tell of the cases whose frame has ended, or failed."""
         outcomes = read_outcomes(self.ledger)
         over = [i for i, member in enumerate(self.members) if not member.waits and outcomes[i].is_over]
@@ -210,7 +210,7 @@ class Batch:
         for i in over:
             self.members[i].waits = True
         return {
-            i: News(
+            i: FrameReport(
                 self.members[i].number,
                 dataclasses.replace(outcomes[i], particle=outcomes[i].particle - self.places.first_slots[i]),
                 (moved[i], sintered[i]) if i in sintered else (moved[i],),
@@ -228,11 +228,7 @@ class Batch:
 
     def read_case(self, i: int) -> Values:
         """Copy all quantities of one case, by name."""
-        block, shapes = self._read(self.whole, [i])[i], self.whole.shapes
-        return {
-            name: block.values[:, first:last].reshape(-1, *shapes[name])
-            for name, (first, last) in self.whole.places.items()
-        }
+        return self._read(self.whole, [i])[i].split(self.whole.shapes)
 
     def _read(self, selection: Selection, chosen: Sequence[int]) -> dict[int, Block]:
         """Copy a selection of the quantities of the chosen cases."""
@@ -273,17 +269,12 @@ class Batch:
 
 def require_one_kind(cases: Sequence[Case]) -> Constants:
     """The constants that the kernels are compiled for.  Raises ConfigError where cases differ in these."""
+    for case in cases:
+        require_fit_for_batch(case)
     first, *others = map(kind_of, cases)
-    constants = first[0]
-    if constants.summation != "fixed_point":
-        raise ConfigError(
-            f"solver.summation={constants.summation} gives other bits in other company; a batch takes fixed_point"
-        )
-    if constants.indents:
-        raise ConfigError("a batch takes no indenter: run hardness tests one by one")
     if any(other != first for other in others):
         raise ConfigError("the cases of a batch differ in what the solver is compiled for")
-    return constants
+    return first[0]
 
 
 def kind_of(case: Case) -> tuple[Constants, str, str, str, str]:

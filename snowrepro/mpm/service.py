@@ -24,7 +24,7 @@ import numpy as np
 from ..errors import RunsFailed, SnowreproError
 from ..scene.build import Scene
 from ..settings.case import Case
-from .batch import Batch, Block, Follower, News, Values, kind_of
+from .batch import Batch, Block, Follower, FrameReport, Values, kind_of
 from .device import note_elsewhere, read_device
 from .frame import Frame
 from .state import list_quantities
@@ -62,7 +62,7 @@ def _follow(address: Address, case: Case, scene: Scene, resume: Mapping[str, np.
         table = np.memmap(path, dtype=float, mode="r", offset=first)
         follower = Follower(case, scene, partial(_ask_whole, connection))
         while True:
-            frame = follower.take(_read_news(_receive(connection), table, len(scene.positions)))
+            frame = follower.take(_read_report(_receive(connection), table, len(scene.positions)))
             if not (resume and frame.number == int(resume["frame"])):  # that one is known
                 yield frame
             if frame.number == case.frames:
@@ -79,14 +79,14 @@ def _select_state(case: Case, resume: Mapping[str, np.ndarray]) -> Values:
     return {**state, "frame": resume["frame"], "top_speed2": resume["top_speed2"]}
 
 
-def _read_news(told: News, table: np.ndarray, count: int) -> News:
+def _read_report(report: FrameReport, table: np.ndarray, count: int) -> FrameReport:
     """What the service tells, with the values of its blocks, which stand one after another in ``table``."""
     blocks, first = [], 0
-    for block in told.blocks:
+    for block in report.blocks:
         last = first + count * block.values.shape[1]
         blocks.append(Block(block.names, table[first:last].reshape(count, -1)))
         first = last
-    return dataclasses.replace(told, blocks=tuple(blocks))
+    return dataclasses.replace(report, blocks=tuple(blocks))
 
 
 def _ask_whole(connection: Connection) -> Values:
@@ -121,7 +121,7 @@ def _receive(connection: Connection) -> Any:
 
 
 @dataclass
-class _Asked:
+class _Client:
     """A process that asks for the frames of a case."""
 
     connection: Connection
@@ -131,12 +131,12 @@ class _Asked:
     kind: Any = None
 
 
-class _Door:
+class _WaitingRoom:
     """Where processes come in, and wait for a batch."""
 
     def __init__(self, listener: Listener) -> None:
-        self.came: queue.SimpleQueue[_Asked] = queue.SimpleQueue()
-        self.waiting: list[_Asked] = []
+        self.arrivals: queue.SimpleQueue[_Client] = queue.SimpleQueue()
+        self.waiting: list[_Client] = []
         threading.Thread(target=self._admit, args=(listener,), daemon=True).start()
 
     def _admit(self, listener: Listener) -> None:
@@ -145,80 +145,80 @@ class _Door:
         while True:
             with contextlib.suppress(*gone_or_strange):
                 connection = listener.accept()
-                asked = _Asked(connection, *connection.recv())
+                client = _Client(connection, *connection.recv())
                 try:
-                    asked.kind = kind_of(asked.case)
+                    client.kind = kind_of(client.case)
                 except Exception as error:  # of a law that is somebody else's
                     _send(connection, RunsFailed(f"its laws cannot be made: {error}"))
                     continue
-                self.came.put(asked)
+                self.arrivals.put(client)
 
-    def gather(self, most: int) -> list[_Asked]:
+    def gather(self, most: int) -> list[_Client]:
         """Wait until nobody new has come for a while; return those that the solver is compiled alike for."""
         if not self.waiting:
-            self.waiting.append(self.came.get())
+            self.waiting.append(self.arrivals.get())
         with contextlib.suppress(queue.Empty):
             while len(self.waiting) < most:
-                self.waiting.append(self.came.get(timeout=PATIENCE))
+                self.waiting.append(self.arrivals.get(timeout=PATIENCE))
         first, *others = self.waiting
-        alike = [first, *(asked for asked in others if asked.kind == first.kind)]
-        self.waiting = [*(asked for asked in others if asked.kind != first.kind), *alike[most:]]
+        alike = [first, *(client for client in others if client.kind == first.kind)]
+        self.waiting = [*(client for client in others if client.kind != first.kind), *alike[most:]]
         return alike[:most]
 
 
 def serve(address: Address, threads: int, most: int) -> None:
     """Compute batches of at most ``most`` cases for who asks, until this process is ended."""
-    door = _Door(Listener(address.path, family="AF_UNIX", backlog=most, authkey=address.key))
+    room = _WaitingRoom(Listener(address.path, family="AF_UNIX", backlog=most, authkey=address.key))
     number = 0
     while True:
-        group = door.gather(most)
+        group = room.gather(most)
         number += 1
         table = Path(f"{address.path}-{number}")
         try:
             _serve_batch(group, table, threads)
         except Exception as error:
             reason = error if isinstance(error, SnowreproError) else RunsFailed(f"the batch failed: {error}")
-            for asked in group:
-                _send(asked.connection, reason)
+            for client in group:
+                _send(client.connection, reason)
             if not isinstance(error, SnowreproError):
                 raise  # the device may be in no state to go on
         finally:
-            for asked in group:
-                asked.connection.close()
+            for client in group:
+                client.connection.close()
             table.unlink(missing_ok=True)
 
 
-def _serve_batch(group: list[_Asked], path: Path, threads: int) -> None:
+def _serve_batch(group: list[_Client], path: Path, threads: int) -> None:
     """Compute a batch, each case for as long as its process wants it."""
     batch = Batch([a.case for a in group], [a.scene for a in group], [a.resume for a in group], threads)
     places = np.cumsum([0, *batch.places.counts]) * batch.whole.width
     table = np.memmap(path, dtype=float, mode="w+", shape=(int(places[-1]),))
-    for asked, first in zip(group, places[:-1], strict=True):
-        _send(asked.connection, (str(path), int(first) * table.itemsize, read_device(), len(group)))
-    told = batch.start()
+    for client, first in zip(group, places[:-1], strict=True):
+        _send(client.connection, (str(path), int(first) * table.itemsize, read_device(), len(group)))
+    reports = batch.start()
     with selectors.DefaultSelector() as selector:
-        for i, asked in enumerate(group):
-            selector.register(asked.connection, selectors.EVENT_READ, i)
+        for i, client in enumerate(group):
+            selector.register(client.connection, selectors.EVENT_READ, i)
         while selector.get_map():
             batch.launch()  # and meanwhile
-            for i, news in told.items():
-                _tell(group[i].connection, news, table[places[i] : places[i + 1]])
-            forces = _listen(selector, batch, must_wait=not batch.is_under_way())
-            told = batch.collect()
+            for i, report in reports.items():
+                _send_report(group[i].connection, report, table[places[i] : places[i + 1]])
+            forces = _answer_clients(selector, batch, must_wait=not batch.is_under_way())
+            reports = batch.collect()
             batch.begin(forces)
 
 
-def _tell(connection: Connection, news: News, table: np.ndarray) -> None:
+def _send_report(connection: Connection, report: FrameReport, table: np.ndarray) -> None:
     """Tell a process of its case's frame; what its blocks hold goes to its part of the batch's file."""
     first = 0
-    for block in news.blocks:
+    for block in report.blocks:
         table[first : first + block.values.size] = block.values.reshape(-1)
         first += block.values.size
-    blocks = tuple(Block(block.names, block.values[:0]) for block in news.blocks)
-    _send(connection, dataclasses.replace(news, blocks=blocks))
+    blocks = tuple(Block(block.names, block.values[:0]) for block in report.blocks)
+    _send(connection, dataclasses.replace(report, blocks=blocks))
 
 
-def _listen(selector: selectors.BaseSelector, batch: Batch, must_wait: bool) -> dict[int, np.ndarray | None]:
+def _answer_clients(selector: selectors.BaseSelector, batch: Batch, must_wait: bool) -> dict[int, np.ndarray | None]:
     """Answer what processes ask for; return the cases that are to go on, each with the external force of its frame.
 
     One that is gone is listened to no more.

@@ -18,6 +18,7 @@ from ..composition.overrides import override_folder
 from ..composition.own_options import offer_own_options
 from ..errors import ConfigError, RunsFailed
 from ..run import do_job, warn_of_settings_left_out
+from ..settings.execution import require_fit_for_batch
 from .plan import Plan, Planned, split_swept
 from .table import watching
 
@@ -87,14 +88,7 @@ def _require_fit_for_batches(chosen: Sequence[Planned], most: int) -> None:
     if most < 1:
         raise ConfigError(f"hydra.launcher.most: should be at least 1 (got {most})")
     for planned in chosen:
-        case = planned.run.case
-        if case.solver.summation != "fixed_point":
-            raise ConfigError(
-                f"hydra/launcher=batch needs solver.summation=fixed_point (got {case.solver.summation}), with which a "
-                "run has the same bits in any company"
-            )
-        if case.indenter:
-            raise ConfigError("hydra/launcher=batch takes no indenter: hydra/launcher=local makes hardness tests")
+        require_fit_for_batch(planned.run.case)
 
 
 def _set_memory(config: DictConfig, memory_mb: float) -> None:

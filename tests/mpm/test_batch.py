@@ -128,18 +128,18 @@ def run_to(cases, resumes, stop: int) -> list[dict[str, np.ndarray]]:
     scenes = [build_scene(case) for case in cases]
     batch, pairs = Batch(cases, scenes, resumes), zip(cases, scenes, strict=True)
     followers = [Follower(case, scene, partial(batch.read_case, i)) for i, (case, scene) in enumerate(pairs)]
-    ends, told = {}, batch.start()
-    while told or batch.is_under_way():
+    ends, reports = {}, batch.start()
+    while reports or batch.is_under_way():
         forces = {}
-        for i, news in told.items():
-            frame = followers[i].take(news)
+        for i, report in reports.items():
+            frame = followers[i].take(report)
             if frame.number == stop:
                 ends[i] = frame.checkpoint()
             else:
                 forces[i] = followers[i].press()
         batch.begin(forces)
         batch.launch()
-        told = batch.collect()
+        reports = batch.collect()
     return [ends[i] for i in range(len(cases))]
 
 
