@@ -15,8 +15,8 @@ import numpy as np
 from ..errors import ConfigError
 from ..laws.quantity import Quantity
 from ..scene.build import Scene
+from ..settings.batch import require_fit_for_batch
 from ..settings.case import Case
-from ..settings.execution import require_fit_for_batch
 from . import parallel, state
 from .cases import LANES, Cases
 from .constants import Constants, make_constants

@@ -4,9 +4,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from ..errors import ConfigError
 from .base import Settings
-from .case import Case
 
 COULD_CHANGE_BITS = ("threads", "deterministic")  # and would, if a promise were broken
 
@@ -21,14 +19,3 @@ class Execution(Settings):
     rerun: tuple[Literal["config", "code", "environment"], ...] = Field(
         (), description="run again what is done, if one of these changed since"
     )
-
-
-def require_fit_for_batch(case: Case) -> None:
-    """Check that a case can be computed side by side with others.  Raises ConfigError."""
-    if case.solver.summation != "fixed_point":
-        raise ConfigError(
-            f"solver.summation={case.solver.summation} gives other bits in other company: a batch needs "
-            "solver.summation=fixed_point"
-        )
-    if case.indenter:
-        raise ConfigError("a batch takes no indenter: hydra/launcher=local makes hardness tests")

@@ -18,7 +18,7 @@ from ..composition.overrides import override_folder
 from ..composition.own_options import offer_own_options
 from ..errors import ConfigError, RunsFailed
 from ..run import do_job, warn_of_settings_left_out
-from ..settings.execution import require_fit_for_batch
+from ..settings.batch import require_fit_for_batch
 from .plan import Plan, Planned, split_swept
 from .table import watching
 
