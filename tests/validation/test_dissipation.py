@@ -21,7 +21,7 @@ def energy_left(cfl: float, *transfer: str) -> float:
     motion.set_velocity(places @ gradient.T, np.tile(kept, (len(places), 1, 1)))
     before = motion.kinetic_energy()
     motion.advance(FRAMES)
-    elastic = motion.ledger.totals.to_numpy()[TOTALS.index("elastic_energy")]
+    elastic = motion.ledger.totals.to_numpy()[0][TOTALS.index("elastic_energy")]
     return float((motion.kinetic_energy() + elastic) / before)
 
 

@@ -48,7 +48,7 @@ def work_of_crack(dx: float, *overrides: str) -> float:
     taken = 0.0
     for _ in range(100):
         motion.advance()
-        taken -= motion.ledger.totals.to_numpy()[TAKEN].sum()
+        taken -= motion.ledger.totals.to_numpy()[0][TAKEN].sum()
     return float(taken / bar[1])
 
 
