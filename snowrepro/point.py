@@ -2,8 +2,10 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path as Place
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from scipy.linalg import expm
 
@@ -25,27 +27,71 @@ PATHS: dict[str, tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]] = {
     "cycles": (-UPRIGHT, lambda part: np.abs((2 * CYCLES * part + 1) % 2 - 1)),
 }
 STRESS = "M/L/T2"
+COLUMNS = ("xx", "yy", "xy")  # of a table of strains
+MOST_STRAIN, MOST_STEPS = 5.0, 100_000
 
 
 @dataclass(frozen=True)
 class Path:
-    """A path of strain: one of PATHS, its greatest ``strain`` (logarithmic; in shear the angle) and its steps."""
+    """A path of strain.
 
-    name: str = "compression"
-    strain: float = 0.2
-    steps: int = 400
+    ``strains``: along it at its start and after each step, shape (n + 1,); ``steps``: the logarithmic strain of each
+    step, in shear the gradient of the displacement, (n, 2, 2).
+    """
 
-    def __post_init__(self) -> None:
-        if self.name not in PATHS:
-            raise ConfigError(f"there is no path '{self.name}'; there are: {', '.join(PATHS)}")
-        if not (0 < self.strain <= 5 and 1 <= self.steps <= 100_000):
-            raise ConfigError("a path has a strain above 0 and up to 5, and 1 to 100,000 steps")
+    name: str
+    strains: np.ndarray
+    steps: np.ndarray
 
-    @property
-    def strains(self) -> np.ndarray:
-        """Strain along the path at its start and after each step."""
-        _, place = PATHS[self.name]
-        return self.strain * place(np.linspace(0.0, 1.0, self.steps + 1))
+
+def make_path(name: str = "compression", strain: float = 0.2, steps: int = 400) -> Path:
+    """Make one of PATHS with its greatest ``strain``, logarithmic, in shear the tangent of the angle.
+
+    Raises ConfigError for a path that there is not, and out of bounds.
+    """
+    if name not in PATHS:
+        raise ConfigError(f"there is no path '{name}'; there are: {', '.join(PATHS)}, and tables of strains (.csv)")
+    if not (0 < strain <= MOST_STRAIN and 1 <= steps <= MOST_STEPS):
+        raise ConfigError(f"a path has a strain above 0 and up to {MOST_STRAIN:g}, and 1 to {MOST_STEPS:,} steps")
+    direction, place = PATHS[name]
+    strains = strain * place(np.linspace(0.0, 1.0, steps + 1))
+    return Path(name, strains, np.diff(strains)[:, None, None] * direction)
+
+
+def read_path(file: Place, steps: int = 400) -> Path:
+    """Read a path from a table of strains: a row for each of its corners, with columns ``xx``, ``yy`` and ``xy``.
+
+    They are logarithmic, and those of the first row are where the point is at rest.  ``steps``: in all, at least one to
+    each row.  Along the path its own length is measured, by the norm of the strain's tensor.
+    Raises ConfigError where the file is no such table.
+    """
+    corners = _read_corners(file)
+    legs = np.diff(corners, axis=0)
+    lengths = np.linalg.norm(legs, axis=(1, 2))
+    if not 1 <= steps <= MOST_STEPS:
+        raise ConfigError(f"a path has 1 to {MOST_STEPS:,} steps")
+    if not 0 < lengths.sum() <= MOST_STRAIN * len(legs):
+        raise ConfigError(f"{file}: its strains differ from row to row by 0, or by more than {MOST_STRAIN:g}")
+    counts = np.maximum(np.ceil(steps * lengths / lengths.sum()).astype(int), 1)
+    parts = np.repeat(legs / counts[:, None, None], counts, axis=0)
+    return Path(Place(file).stem, np.insert(np.cumsum(np.linalg.norm(parts, axis=(1, 2))), 0, 0.0), parts)
+
+
+def _read_corners(file: Place) -> np.ndarray:
+    """Read the strains (rows, 2, 2) of a table.  Raises ConfigError."""
+    try:
+        table = pd.read_csv(file, skipinitialspace=True)
+    except (OSError, ValueError) as error:  # ValueError: no table, or no text
+        raise ConfigError(f"{file} cannot be read as a table of strains: {error}") from error
+    missing = [name for name in COLUMNS if name not in table]
+    if missing:
+        raise ConfigError(f"{file}: a table of strains has columns {', '.join(COLUMNS)}; missing: {', '.join(missing)}")
+    numbers = table[list(COLUMNS)].apply(pd.to_numeric, errors="coerce").to_numpy(float)
+    wrong = np.flatnonzero(~np.isfinite(numbers).all(axis=1))
+    if len(wrong) or not 2 <= len(numbers) <= MOST_STEPS:
+        where = f"row {wrong[0] + 1} has something else" if len(wrong) else f"it has {len(numbers)} rows"
+        raise ConfigError(f"{file}: a table of strains has 2 to {MOST_STEPS:,} rows of numbers; {where}")
+    return numbers[:, [[0, 2], [2, 1]]]
 
 
 def follow_path(case: Case, path: Path) -> xr.Dataset:
@@ -54,14 +100,14 @@ def follow_path(case: Case, path: Path) -> xr.Dataset:
     Returns stress (Kirchhoff), what the material remembers, and where the work went, at the start and after each step.
     """
     start_taichi(case.solver, threads=1)
-    points, direction = Points(case, 1), PATHS[path.name][0]
+    points = Points(case, 1)
     points.deform(np.eye(2))
     rows, work = [_read_row(points)], [0.0]
-    for change in np.diff(path.strains):
-        points.deform(expm(change * direction))
+    for step in path.steps:
+        points.deform(expm(step))
         rows.append(_read_row(points))
         mean = 0.5 * (rows[-2]["tau"] + rows[-1]["tau"])
-        work.append(work[-1] + change * float((mean * direction).sum()))
+        work.append(work[-1] + float((mean * step).sum()))
     return _describe(case, path, rows, work)
 
 
@@ -72,11 +118,18 @@ def _read_row(points: Points) -> dict[str, np.ndarray]:
     return {**{name: points.read(name)[0] for name in names}, "elastic_energy": points.energies[0]}
 
 
+def _add_up(steps: np.ndarray) -> np.ndarray:
+    """The strain at the start of a path and after each of its steps: xx, yy and xy, shape (3, n + 1)."""
+    strains = np.insert(np.cumsum(steps, axis=0), 0, 0.0, axis=0)
+    return np.stack([strains[:, 0, 0], strains[:, 1, 1], 0.5 * (strains[:, 0, 1] + strains[:, 1, 0])])
+
+
 def _describe(case: Case, path: Path, rows: list[dict[str, np.ndarray]], work: list[float]) -> xr.Dataset:
     """Put a path into a Dataset with names and units."""
     columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     tau = columns.pop("tau")
     columns |= {
+        **dict(zip(STRAINS, _add_up(path.steps), strict=True)),
         "tau_xx": tau[:, 0, 0], "tau_yy": tau[:, 1, 1], "tau_xy": tau[:, 0, 1],
         "pressure": -0.5 * (tau[:, 0, 0] + tau[:, 1, 1]),
         "shear": np.hypot(0.5 * (tau[:, 0, 0] - tau[:, 1, 1]), tau[:, 0, 1]),
@@ -91,8 +144,10 @@ def _describe(case: Case, path: Path, rows: list[dict[str, np.ndarray]], work: l
     return dataset.assign_attrs(title=f"{case.material.law.name}, {path.name}", path=path.name)
 
 
+STRAINS = ("strain_xx", "strain_yy", "strain_xy")
 MEANING = {
     "strain": ("strain along the path", "1"),
+    **dict(zip(STRAINS, ((f"strain, {way}", "1") for way in ("horizontal", "upright", "shear")), strict=True)),
     "tau_xx": ("Kirchhoff stress, horizontal", STRESS),
     "tau_yy": ("Kirchhoff stress, upright", STRESS),
     "tau_xy": ("Kirchhoff stress, shear", STRESS),

@@ -6,13 +6,13 @@ import pytest
 
 from snowrepro.composition.compose import compose
 from snowrepro.errors import ConfigError
-from snowrepro.point import CYCLES, PATHS, Path, follow_path
+from snowrepro.point import CYCLES, PATHS, follow_path, make_path, read_path
 
 
 @pytest.mark.parametrize("name", PATHS)
 def test_a_path_starts_at_rest_and_keeps_its_books(name):
     """Energy gained = work + plastic flow + hardening, but for the steps; the strain is what was asked for."""
-    run = follow_path(compose(["material=cam_clay"]).case, Path(name, 0.05, 300))
+    run = follow_path(compose(["material=cam_clay"]).case, make_path(name, 0.05, 300))
     assert run.sizes == {"step": 301}
     assert float(abs(run.pressure[0])) == float(run.work[0]) == 0
     assert float(run.strain.max()) == pytest.approx(0.05)
@@ -23,14 +23,14 @@ def test_a_path_starts_at_rest_and_keeps_its_books(name):
 
 
 def test_cycles_go_there_and_back():
-    strains = Path("cycles", 0.1, 60).strains
+    strains = make_path("cycles", 0.1, 60).strains
     assert strains[0] == strains[-1] == pytest.approx(0, abs=1e-15)
     turns = np.diff(np.sign(np.diff(strains))) != 0
     assert turns.sum() == 2 * CYCLES - 1
 
 
 def test_a_law_s_own_state_is_in_the_table():
-    run = follow_path(compose(["material=sand"]).case, Path("extension", 0.01, 20))
+    run = follow_path(compose(["material=sand"]).case, make_path("extension", 0.01, 20))
     assert float(run.gap[-1]) > 0 and float(run.broken[-1]) > 0
     assert run.gap.attrs["long_name"] == "logarithm of the volume gained by coming apart"
 
@@ -42,7 +42,38 @@ def test_a_law_s_own_state_is_in_the_table():
 )  # fmt: skip
 def test_a_wrong_path_is_refused(path, message):
     with pytest.raises(ConfigError, match=message):
-        Path(*path)
+        make_path(*path)
+
+
+def test_a_table_of_strains_is_followed(tmp_path):
+    """Compression and back, in a table, is the path that has a name; in two directions the corners are met."""
+    file = tmp_path / "there.csv"
+    file.write_text("xx, yy, xy\n0, 0, 0\n0, -0.05, 0\n")
+    case = compose(["material=cam_clay"]).case
+    tabled, named = (follow_path(case, path) for path in (read_path(file, 100), make_path("compression", 0.05, 100)))
+    np.testing.assert_allclose(tabled.tau_yy, named.tau_yy, rtol=1e-9)
+    np.testing.assert_allclose(tabled.strain, named.strain, rtol=1e-9)
+    file.write_text("yy,xx,xy,note\n1,1,0,start\n1,0.98,0,a\n0.97,0.98,0.01,b\n0.97,0.98,0.01,stays\n")
+    run = follow_path(case, read_path(file, 50))
+    last = run.isel(step=-1)
+    assert [float(last[f"strain_{name}"]) for name in ("xx", "yy", "xy")] == pytest.approx([-0.02, -0.03, 0.01])
+    assert float(last.strain) == pytest.approx(0.02 + np.sqrt(0.03**2 + 2 * 0.01**2)) and last.attrs["path"] == "there"
+    corner = run.isel(step=int(abs(run.strain - 0.02).argmin()))
+    assert float(corner.strain_xx) == pytest.approx(-0.02) and float(corner.strain_yy) == 0
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [("", "cannot be read"), ("xx,yy\n0,0\n1,0\n", "missing: xy"), ("xx,yy,xy\n0,0,0\n", "it has 1 rows"),
+     ("xx,yy,xy\n0,0,0\n0,much,0\n", "row 2 has something else"), ("xx,yy,xy\n0,0,0\n0,inf,0\n", "row 2"),
+     ("xx,yy,xy\n0,0,0\n0,0,0\n", "from row to row by 0"), ("xx,yy,xy\n0,0,0\n0,9,0\n", "more than 5")],
+)  # fmt: skip
+def test_a_wrong_table_is_refused(text, message, tmp_path):
+    file = tmp_path / "strains.csv"
+    file.write_text(text)
+    with pytest.raises(ConfigError, match=message) as error:
+        read_path(file)
+    assert str(file) in str(error.value)
 
 
 @pytest.mark.slow
@@ -51,5 +82,12 @@ def test_the_command_writes_a_table_and_a_picture(snowrepro, tmp_path):
     assert done.returncode == 0, done.stderr
     assert len(pd.read_csv(tmp_path / "sand.csv")) == 21
     assert (tmp_path / "sand.svg").stat().st_size > 1000
+    (tmp_path / "mine.csv").write_text("xx,yy,xy\n0,0,0\n-0.01,0,0\n-0.01,-0.02,0\n")
+    assert snowrepro("point", "path=mine.csv", "steps=30", "--out", "mine.png").returncode == 2  # would be overwritten
+    done = snowrepro("point", "path=mine.csv", "steps=30", "--out", "followed.png")
+    assert done.returncode == 0, done.stderr
+    assert len(pd.read_csv(tmp_path / "followed.csv")) == 31
+    refused = snowrepro("point", "path=mine.csv", "strain=0.1")
+    assert refused.returncode == 2 and "leave out strain=" in refused.stderr
     refused = snowrepro("point", "strain=much")
     assert refused.returncode == 2 and "strain is a number" in refused.stderr

@@ -28,13 +28,15 @@ HELP = f"""\
 The functions are those that the solver runs; there is no grid, and nothing is put into a store.  Writes a table (.csv)
 and a picture beside it.
 
-  path     compression, isotropic, extension, shear or cycles (default: compression)
+  path     compression, isotropic, extension, shear or cycles (default: compression); or a table of strains: a .csv
+           with columns xx, yy and xy, logarithmic, a row for each corner of the path
   strain   the greatest one, logarithmic; in shear the tangent of the angle (default: 0.2)
-  steps    (default: 400)
+  steps    in all (default: 400)
 
 examples:
   snowrepro point material=cam_clay path=compression
   snowrepro point material=sand path=cycles strain=0.05 --out sand.svg
+  snowrepro point material=cam_clay path=strains.csv
   snowrepro point material=cam_clay --check
   snowrepro point --map sintering=maeno sintering.law.temperature=248.15
 
@@ -67,12 +69,14 @@ def execute(options: argparse.Namespace) -> ExitCode:
     config = compose.compose(overrides)
     if options.check:
         return _check(config.case)
-    path = point.Path(**asked)
+    path = _make_path(**asked)
     if options.map and asked:
         raise ConfigError(f"--map has no path: leave out {', '.join(asked)}")
     name = "sintering_map" if options.map else f"{config.case.material.law.name}-{path.name}"
     out = options.out or Path(config.question.reports, "point", f"{name}.png")
     plot.read_format(out)
+    if out.with_suffix(".csv").resolve() == Path(asked.get("name", "")).resolve():
+        raise ConfigError(f"{out.with_suffix('.csv')} is the path itself: give the picture another name by --out")
     files.require_writable(out.parent)
     if options.map:
         mapped = sintering_map.map_sintering(config.case)
@@ -90,6 +94,16 @@ def _check(case: "Case") -> ExitCode:
         findings.append(each)
         screen.show(*outputs.format_next(each, findings[:-1]))
     return finding.choose_exit_code(findings)
+
+
+def _make_path(**asked: Any) -> "point.Path":
+    """Make the path that was asked for by name, or read it.  Raises ConfigError."""
+    name = asked.get("name", "")
+    if Path(name).suffix != ".csv":
+        return point.make_path(**asked)
+    if "strain" in asked:
+        raise ConfigError(f"path={name} has its own strains: leave out strain=")
+    return point.read_path(Path(name), **{key: value for key, value in asked.items() if key == "steps"})
 
 
 def _write(out: Path, figure: "Figure", table: "pd.DataFrame") -> None:
