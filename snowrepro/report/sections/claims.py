@@ -88,7 +88,7 @@ def format_for_screen(evidence: Evidence) -> list[str]:
         half_pressure = format_half_pressure(evidence.half_pressures[scene.name])
         half = textwrap.wrap(f"{P50.format(unit=evidence.pressure_unit)}: {half_pressure}", WIDTH)
         return [head, "", *_format_verdicts([*scene.verdicts, *evidence.over_scenes]), "", *half]
-    frame = _tabulate_by_scene(evidence, SHORT)
+    frame = tabulate_by_scene(evidence, SHORT)
     return [
         head,
         "",
@@ -141,7 +141,7 @@ def _format_verdicts(verdicts: Sequence[Verdict]) -> list[str]:
     return lines
 
 
-def _tabulate_by_scene(evidence: Evidence, short: Mapping[str, str] | None = None) -> pd.DataFrame:
+def tabulate_by_scene(evidence: Evidence, short: Mapping[str, str] | None = None) -> pd.DataFrame:
     """Tabulate the verdicts by scene and claim, and P50.  ``short``: other words for them.
 
     A star marks a verdict by calibration, a minus one that the numbers disagree with.
@@ -193,7 +193,7 @@ def _describe_several_scenes(evidence: Evidence) -> list[Block]:
             f"{P50.format(unit=evidence.pressure_unit)}; {open_verdicts}). "
             f"{_explain_numbers(evidence)}"
         ),
-        Table(_tabulate_by_scene(evidence).map(escape), data="claims.csv"),
+        Table(tabulate_by_scene(evidence).map(escape), data="claims.csv"),
     ]
 
 

@@ -1,0 +1,68 @@
+"""One condition of the snow beside another, such as its material or temperature: what holds under each."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import compress
+
+from ..settings.case import ARMS
+from .claims import REPRODUCED
+from .collect import NOT_FURTHER, CollectedSweep
+from .gather import Evidence
+
+NO_CONDITIONS = (*NOT_FURTHER, "variant")  # where, how hard and from which random places: each condition has all
+
+
+@dataclass(frozen=True)
+class Condition:
+    """The runs of one condition.  ``values``: of the settings that make it, by their names; ``evidence``: of its runs.
+
+    The pressures were chosen with the first condition, so only there can a claim hold by calibration.
+    """
+
+    values: Mapping[str, object]
+    evidence: Evidence
+
+
+def split_conditions(evidence: Evidence) -> list[Condition]:
+    """Split runs by the settings in which they differ but for scene, sintering, pressure and seed; in their order."""
+    sweep = evidence.sweep
+    names = [name for name in sweep.varied if name not in NO_CONDITIONS]
+    groups: dict[tuple, list[int]] = {}
+    for row, values in enumerate(sweep.table[names].itertuples(index=False, name=None)):
+        groups.setdefault(values, []).append(row)
+    return [
+        Condition(dict(zip(names, values, strict=True)), _select_runs(evidence, sweep, rows, is_first=not number))
+        for number, (values, rows) in enumerate(groups.items())
+    ]
+
+
+def _select_runs(evidence: Evidence, sweep: CollectedSweep, rows: Sequence[int], is_first: bool) -> Evidence:
+    """Select the runs of some rows of a sweep with what they gave."""
+    runs = [sweep.runs[row] for row in rows]
+    table = evidence.table
+    if len(table):
+        table = table[table["run_id"].isin([run.id for run in runs])]
+    experiment = evidence.experiment if is_first else evidence.experiment.model_copy(update={"calibrated_on": None})
+    return replace(evidence, experiment=experiment, runs=runs, table=table)
+
+
+def find_where_claims_hold(conditions: Sequence[Condition]) -> dict[str, dict[str, list[Condition]]]:
+    """Find by scene and claim the conditions under which the claim is reproduced; no claim that none has runs for.
+
+    A claim that holds by calibration under a condition has a star behind its name.
+    """
+    found: dict[str, dict[str, list[Condition]]] = {}
+    for number, scene in enumerate(conditions[0].evidence.scenes):
+        for place, first in enumerate(scene.verdicts):
+            verdicts = [each.evidence.scenes[number].verdicts[place] for each in conditions]
+            if any(verdict.agrees is not None for verdict in verdicts):
+                holding = [verdict.word == REPRODUCED for verdict in verdicts]
+                is_chosen = any(verdict.calibrated and holds for verdict, holds in zip(verdicts, holding, strict=True))
+                found.setdefault(scene.name, {})[first.claim + "*" * is_chosen] = list(compress(conditions, holding))
+    return found
+
+
+def list_arms(conditions: Sequence[Condition]) -> list[str]:
+    """List the arms that were asked for: sintered, unsintered."""
+    asked = {run.case.arm for condition in conditions for run in condition.evidence.runs}
+    return [arm for arm in ARMS if arm in asked]

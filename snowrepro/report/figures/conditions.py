@@ -1,0 +1,183 @@
+"""One condition of the snow beside another, such as its material or temperature: claims, measures, and the snow."""
+
+from collections.abc import Iterator, Sequence
+
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ...evidence.ablation import STATES
+from ...evidence.claims import ARMS, JudgedScene, select_arm
+from ...evidence.conditions import Condition, find_where_claims_hold, list_arms, split_conditions
+from ...evidence.gather import Evidence
+from ...quantities import add_unit
+from ...store.run import Run
+from ...text import make_cells
+from ..document import NO_RESULT, Block, FigureContent, Heading, Picture, Table, escape, format_code, join_names
+from ..drawing.columns import escape_label, format_value
+from ..drawing.common import SINTERED, choose_font, get_panel_size, save_figure
+from ..drawing.ends import draw_end
+from ..drawing.states import CRUSHED, FOOT, LOOSE, add_state_legend
+from ..sections.claims import P50, SHORT, tabulate_by_scene
+from .kinds import FigureKind
+
+CSV, CURVES = "conditions.csv", "conditions.png"
+STAR, ESCAPED = "*", r"\*"  # behind a claim that holds by calibration
+PANEL = 1.5  # width of a panel of snow [inches]
+COLOURS = dict(zip(STATES, (SINTERED, CRUSHED, LOOSE), strict=True))
+NAMES = dict(zip(STATES, ("lumps", "crushed", "loose"), strict=True))
+LINES = dict(zip(ARMS, ("-", ":"), strict=True))
+
+
+def report(evidence: Evidence) -> FigureContent:
+    """Show under which conditions claims hold, the three states over pressure under each, and the snow at the end."""
+    if evidence.table.empty:
+        return NO_RESULT
+    conditions = split_conditions(evidence)
+    table = pd.DataFrame(list(_list_rows(conditions)))
+    make_cells(table).to_csv(evidence.folder / CSV, index=False, float_format="%.6g", lineterminator="\n")
+    draw_curves(conditions, evidence)
+    names = join_names([format_code(evidence.sweep.key_of(name)) for name in conditions[0].values], "and")
+    blocks: list[Block] = [
+        Table(
+            pd.concat([_tabulate_claims(condition) for condition in conditions]).map(escape),
+            f"Claims by {names} and scene. yes: reproduced; no: contradicted; open: inconclusive; \\* by calibration, "
+            f"no test; - the numbers disagree. {P50.format(unit=evidence.pressure_unit)}.",
+        ),
+        Picture(
+            CURVES,
+            f"Parts of the mass in lumps, crushed and loose over pressure: a column for each {names}, a row a scene.",
+            "Parts of the mass at the end over the nominal pressure: points are seeds, lines join their means; dotted "
+            "without sintering.",
+            data=CSV,
+        ),
+        Heading("The snow at the end"),
+        *(_draw_ends(conditions, scene.shape, scene.floor, evidence) for scene in conditions[0].evidence.scenes),
+    ]
+    return FigureContent(blocks, _summarise(conditions))
+
+
+def _list_rows(conditions: Sequence[Condition]) -> Iterator[dict[str, object]]:
+    """List the measures at the end: means over seeds by condition, scene, arm and pressure."""
+    for condition in conditions:
+        for scene in condition.evidence.scenes:
+            for arm in list_arms(conditions):
+                means = pd.DataFrame({state: select_arm(scene.table, arm, state).mean() for state in STATES})
+                for pressure, row in means.iterrows():
+                    yield {**condition.values, "scene": scene.name, "arm": arm, "pressure": pressure, **row}
+
+
+def name_condition(condition: Condition, evidence: Evidence) -> str:
+    """Name a condition by its settings, as "material cam_clay"."""
+    named = {evidence.sweep.key_of(name).rpartition(".")[2]: value for name, value in condition.values.items()}
+    return ", ".join(f"{key} {format_value(value)}" for key, value in named.items())
+
+
+def _tabulate_claims(condition: Condition) -> pd.DataFrame:
+    """Tabulate the verdicts under one condition, a row for each scene."""
+    frame = tabulate_by_scene(condition.evidence, SHORT)
+    heads = {condition.evidence.sweep.key_of(name): format_value(value) for name, value in condition.values.items()}
+    return pd.DataFrame([{**heads, **row} for row in frame.to_dict("records")])
+
+
+def _summarise(conditions: Sequence[Condition]) -> str:
+    """Say for each scene which claims hold under all conditions, which under some, and which under none."""
+    sentences = []
+    for scene, claims in find_where_claims_hold(conditions).items():
+        groups: dict[str, list[str]] = {}
+        for claim, holding in claims.items():
+            groups.setdefault(_describe_where(holding, conditions), []).append(claim)
+        parts = [f"{where}: {join_names(names, 'and')}" for where, names in groups.items()]
+        sentences.append(f"{scene[0].upper()}{scene[1:]}: reproduced {'; '.join(parts)}.")
+    text = " ".join(sentences)
+    if STAR not in text:
+        return text
+    first = name_condition(conditions[0], conditions[0].evidence)
+    return f"{text.replace(STAR, ESCAPED)} ({ESCAPED} with {first} by calibration, no test.)"
+
+
+def _describe_where(holding: Sequence[Condition], conditions: Sequence[Condition]) -> str:
+    """Describe under which of all conditions something holds."""
+    if len(holding) in (0, len(conditions)):
+        return "under every condition" if holding else "under none"
+    return f"with {join_names([name_condition(each, each.evidence) for each in holding], 'and')} alone"
+
+
+def draw_curves(conditions: Sequence[Condition], evidence: Evidence) -> None:
+    """Draw the states over pressure: a row for each scene, a column for each condition."""
+    scenes = [condition.evidence.scenes for condition in conditions]
+    rows, columns = len(scenes[0]), len(conditions)
+    size = (2.1 * columns + 0.8, 1.9 * rows + 1.2)
+    letters = choose_font(size[0], 10.0)
+    figure = Figure(figsize=size, layout="constrained")
+    grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    pressures = sorted({run.case.pressure for run in evidence.runs})
+    for column, condition in enumerate(conditions):
+        grid[0, column].set_title(escape_label(name_condition(condition, evidence)), fontsize=letters)
+        for ax, scene in zip(grid[:, column], scenes[column], strict=True):
+            _draw_states(ax, scene, list_arms(conditions))
+            ax.set(xscale="log", ylim=(-0.04, 1.04))
+            ax.set_xticks(pressures, [f"{pressure:g}" for pressure in pressures], rotation=90)
+            ax.minorticks_off()
+            ax.tick_params(labelsize=letters)
+    for ax, scene in zip(grid[:, 0], scenes[0], strict=True):
+        ax.set_ylabel(escape_label(scene.name), fontsize=letters)
+    figure.supxlabel(add_unit("nominal pressure", evidence.pressure_unit), fontsize=letters)
+    figure.supylabel("part of the mass", fontsize=letters)
+    handles, labels = grid[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=3, frameon=False, fontsize=letters)
+    save_figure(figure, evidence.folder / CURVES)
+
+
+def _draw_states(ax: Axes, scene: JudgedScene, arms: Sequence[str]) -> None:
+    """Draw the states of one scene over pressure: seeds as points, and lines that join their means."""
+    ax.set_facecolor("0.88")  # the colours of the three states are seen on it
+    for arm in arms:
+        for state in STATES:
+            values = select_arm(scene.table, arm, state)
+            for _, seed in values.iterrows():
+                ax.plot(seed.index, seed, ".", color=COLOURS[state], ms=4)
+            means = values.mean()
+            label = NAMES[state] if arm == arms[0] else None
+            ax.plot(means.index, means, LINES[arm], color=COLOURS[state], lw=1.8, label=label)
+
+
+def _draw_ends(conditions: Sequence[Condition], shape: str, floor: str, evidence: Evidence) -> Picture:
+    """Draw the last frames on one scene: a row for each condition, a column for each arm and pressure."""
+    shown = [
+        [run for run in each.evidence.first_seed_runs if (run.case.shape.name, run.case.floor.name) == (shape, floor)]
+        for each in conditions
+    ]
+    columns = sorted({(run.case.arm, run.case.pressure) for runs in shown for run in runs})
+    width, height = get_panel_size(shown[0][0])
+    size = (PANEL * len(columns) + 0.4, PANEL * height / width * len(conditions) + 0.5 + FOOT)
+    letters = choose_font(size[0])
+    figure = Figure(figsize=size, layout="constrained")
+    grid = figure.subplots(len(conditions), len(columns), squeeze=False)
+    for ax in grid.flat:
+        ax.set(xticks=[], yticks=[])
+    for row, runs in zip(grid, shown, strict=True):
+        for run in runs:
+            draw_end(row[columns.index(_cell_of(run))], run, evidence.is_done(run), PANEL)
+    for (arm, pressure), ax in zip(columns, grid[0], strict=True):
+        ax.set_title(f"{pressure:g}\n{arm}", fontsize=letters)
+    for condition, ax in zip(conditions, grid[:, 0], strict=True):
+        ax.set_ylabel(escape_label(name_condition(condition, evidence)), fontsize=letters)
+    add_state_legend(figure, letters, loc="outside lower center")
+    file = f"ends-{shape}-{floor}.png"
+    save_figure(figure, evidence.folder / file)
+    return Picture(
+        file,
+        f"Last frames of {shape} on {floor}: a row for each condition, a column for each pressure.",
+        f"{shape} on {floor}, last frame, seed {evidence.seeds[0]}. Each lump in a colour, crushed snow dark, loose "
+        "snow the colour of sand.",
+        data="summary.csv",
+    )
+
+
+def _cell_of(run: Run) -> tuple[str, float]:
+    """Return arm and pressure of a run."""
+    return run.case.arm, run.case.pressure
+
+
+FIGURE = FigureKind(report)

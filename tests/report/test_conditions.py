@@ -1,0 +1,60 @@
+"""Snow of two materials side by side: which claims hold with which."""
+
+import pandas as pd
+import pytest
+
+from snowrepro.evidence.conditions import split_conditions
+from snowrepro.evidence.gather import Evidence, gather_evidence
+from snowrepro.report.document import Picture, Table
+from snowrepro.report.figures import conditions as figure
+from snowrepro.settings.question import Experiment
+from snowrepro.sweep.plan import make_plan
+from tests.configs import carrying
+from tests.conftest import SMALL
+from tests.report.small_runs import SHAKEN, shaken
+
+ASKED = [*SMALL, "material=table1,sand", "sintering=paper,none", "pressure=500,3000", "seed=0,1"]
+EXPERIMENT = Experiment(name="mine", title="Mine", picture="conditions", calibrated_on=("ball", "L"))
+
+
+@pytest.fixture(scope="module")
+def evidence(small_run, tmp_path_factory) -> Evidence:
+    """Two materials of which the second never stays in lumps; one of its runs has no result."""
+    folder = tmp_path_factory.mktemp("conditions")
+    plan = make_plan([*ASKED, f"store={folder}/runs"], multirun=True)
+    for run in plan.runs[:-1]:
+        is_sand = run.case.material.law.name == "sand"
+        part = 0.9 if is_sand else SHAKEN[run.case.sintering.name, int(run.case.pressure)]
+        run.save(carrying(shaken(small_run, part, run.case.seed), run.config), wall_seconds=1.0)
+    gathered = gather_evidence(plan.runs, folder, plan=plan)
+    return Evidence(EXPERIMENT, gathered.runs, gathered.table, folder, gathered.missing, plan)
+
+
+def test_runs_are_split_by_material_alone(evidence):
+    """Each condition has its own runs; by calibration claims hold with the first alone."""
+    first, second = split_conditions(evidence)
+    assert [each.values for each in (first, second)] == [{"material": "table1"}, {"material": "sand"}]
+    for condition, law in ((first, "stomakhin"), (second, "sand")):
+        assert len(condition.evidence.runs) == 8
+        assert {run.case.material.law.name for run in condition.evidence.runs} == {law}
+    assert len(first.evidence.table) == 8 and len(second.evidence.table) == 7
+    (scene,), (other,) = first.evidence.scenes, second.evidence.scenes
+    assert scene.verdict("C3").calibrated and not other.verdict("C3").calibrated
+    assert other.verdict("C4").word == "NOT RUN"
+
+
+def test_the_report_says_which_claims_hold_with_which(evidence):
+    """In a sentence, in a table with a row for each material, and in numbers; a panel without a result says so."""
+    content = figure.report(evidence)
+    assert content.verdict.startswith("Ball on L: reproduced ") and r"table1 alone: C1\*, C3\*" in content.verdict
+    assert content.verdict.endswith(r"(\* with material table1 by calibration, no test.)")
+    table = next(block for block in content.blocks if isinstance(block, Table)).frame
+    assert table["material"].tolist() == ["table1", "sand"]
+    assert table["C3"].tolist() == [r"yes\*", "open-"]
+    numbers = pd.read_csv(evidence.folder / "conditions.csv")
+    assert len(numbers) == 8 and set(numbers["arm"]) == {"sintered", "unsintered"}
+    known = numbers[(numbers["material"] == "table1") & (numbers["pressure"] == 3000) & (numbers["arm"] == "sintered")]
+    assert known["lump_fraction"].item() > 0.9
+    pictures = [block.file for block in content.blocks if isinstance(block, Picture)]
+    assert pictures == ["conditions.png", "ends-ball-L.png"]
+    assert all((evidence.folder / file).stat().st_size > 5000 for file in pictures)
