@@ -62,6 +62,12 @@ def find_where_claims_hold(conditions: Sequence[Condition]) -> dict[str, dict[st
     return found
 
 
+def is_mostly_settled(condition: Condition) -> bool:
+    """Whether the snow had settled at the end of half or more of the runs that have a result; also if none has."""
+    table = condition.evidence.table
+    return not len(table) or float(table["settled"].astype(float).mean()) >= 0.5
+
+
 def list_arms(conditions: Sequence[Condition]) -> list[str]:
     """List the arms that were asked for: sintered, unsintered."""
     asked = {run.case.arm for condition in conditions for run in condition.evidence.runs}

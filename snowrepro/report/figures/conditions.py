@@ -8,7 +8,13 @@ from matplotlib.figure import Figure
 
 from ...evidence.ablation import STATES
 from ...evidence.claims import ARMS, JudgedScene, select_arm
-from ...evidence.conditions import Condition, find_where_claims_hold, list_arms, split_conditions
+from ...evidence.conditions import (
+    Condition,
+    find_where_claims_hold,
+    is_mostly_settled,
+    list_arms,
+    split_conditions,
+)
 from ...evidence.gather import Evidence
 from ...quantities import add_unit
 from ...store.run import Run
@@ -22,7 +28,6 @@ from ..sections.claims import P50, SHORT, tabulate_by_scene
 from .kinds import FigureKind
 
 CSV, CURVES = "conditions.csv", "conditions.png"
-STAR, ESCAPED = "*", r"\*"  # behind a claim that holds by calibration
 PANEL = 1.5  # width of a panel of snow [inches]
 COLOURS = dict(zip(STATES, (SINTERED, CRUSHED, LOOSE), strict=True))
 NAMES = dict(zip(STATES, ("lumps", "crushed", "loose"), strict=True))
@@ -42,7 +47,8 @@ def report(evidence: Evidence) -> FigureContent:
         Table(
             pd.concat([_tabulate_claims(condition) for condition in conditions]).map(escape),
             f"Claims by {names} and scene. yes: reproduced; no: contradicted; open: inconclusive; \\* by calibration, "
-            f"no test; - the numbers disagree. {P50.format(unit=evidence.pressure_unit)}.",
+            f"no test; - the numbers disagree. {P50.format(unit=evidence.pressure_unit)}. Settled: runs at whose end "
+            "hardly any snow comes apart or is crushed any more. Rebound: speed after the impact over that before.",
         ),
         Picture(
             CURVES,
@@ -67,17 +73,29 @@ def _list_rows(conditions: Sequence[Condition]) -> Iterator[dict[str, object]]:
                     yield {**condition.values, "scene": scene.name, "arm": arm, "pressure": pressure, **row}
 
 
-def name_condition(condition: Condition, evidence: Evidence) -> str:
-    """Name a condition by its settings, as "material cam_clay"."""
-    named = {evidence.sweep.key_of(name).rpartition(".")[2]: value for name, value in condition.values.items()}
-    return ", ".join(f"{key} {format_value(value)}" for key, value in named.items())
+def name_condition(condition: Condition) -> str:
+    """Name a condition by the values of its settings: "cam_clay"; numbers with what they are: "temperature 263.15"."""
+    key_of = condition.evidence.sweep.key_of
+    return ", ".join(
+        value if isinstance(value, str) else f"{key_of(name).rpartition('.')[2]} {format_value(value)}"
+        for name, value in condition.values.items()
+    )
 
 
 def _tabulate_claims(condition: Condition) -> pd.DataFrame:
-    """Tabulate the verdicts under one condition, a row for each scene."""
-    frame = tabulate_by_scene(condition.evidence, SHORT)
-    heads = {condition.evidence.sweep.key_of(name): format_value(value) for name, value in condition.values.items()}
-    return pd.DataFrame([{**heads, **row} for row in frame.to_dict("records")])
+    """Tabulate the verdicts under one condition, a row for each scene; and whether its snow came to rest."""
+    evidence = condition.evidence
+    heads = {evidence.sweep.key_of(name): format_value(value) for name, value in condition.values.items()}
+    rows = tabulate_by_scene(evidence, SHORT).to_dict("records")
+    return pd.DataFrame([{**heads, **row, **_tell_rest(s.table)} for row, s in zip(rows, evidence.scenes, strict=True)])
+
+
+def _tell_rest(table: pd.DataFrame) -> dict[str, str]:
+    """Tell in how many runs the snow settled, and how far it sprang back from the floor."""
+    if table.empty:
+        return {"settled": "-", "rebound": "-"}
+    settled, rebound = table["settled"].astype(float), table["rebound"].astype(float)
+    return {"settled": f"{settled.sum():.0f} of {len(table)}", "rebound": f"{rebound.min():.2f} to {rebound.max():.2f}"}
 
 
 def _summarise(conditions: Sequence[Condition]) -> str:
@@ -89,18 +107,19 @@ def _summarise(conditions: Sequence[Condition]) -> str:
             groups.setdefault(_describe_where(holding, conditions), []).append(claim)
         parts = [f"{where}: {join_names(names, 'and')}" for where, names in groups.items()]
         sentences.append(f"{scene[0].upper()}{scene[1:]}: reproduced {'; '.join(parts)}.")
-    text = " ".join(sentences)
-    if STAR not in text:
-        return text
-    first = name_condition(conditions[0], conditions[0].evidence)
-    return f"{text.replace(STAR, ESCAPED)} ({ESCAPED} with {first} by calibration, no test.)"
+    if any("*" in sentence for sentence in sentences):
+        sentences.append(f"(* with {name_condition(conditions[0])} by calibration, no test.)")
+    restless = [name_condition(each) for each in conditions if not is_mostly_settled(each)]
+    if restless:
+        sentences.append(f"With {join_names(restless, 'and')} most runs have not settled at their end.")
+    return " ".join(sentences)
 
 
 def _describe_where(holding: Sequence[Condition], conditions: Sequence[Condition]) -> str:
     """Describe under which of all conditions something holds."""
     if len(holding) in (0, len(conditions)):
         return "under every condition" if holding else "under none"
-    return f"with {join_names([name_condition(each, each.evidence) for each in holding], 'and')} alone"
+    return f"with {join_names([name_condition(each) for each in holding], 'and')} alone"
 
 
 def draw_curves(conditions: Sequence[Condition], evidence: Evidence) -> None:
@@ -113,7 +132,7 @@ def draw_curves(conditions: Sequence[Condition], evidence: Evidence) -> None:
     grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     pressures = sorted({run.case.pressure for run in evidence.runs})
     for column, condition in enumerate(conditions):
-        grid[0, column].set_title(escape_label(name_condition(condition, evidence)), fontsize=letters)
+        grid[0, column].set_title(escape_label(name_condition(condition)), fontsize=letters)
         for ax, scene in zip(grid[:, column], scenes[column], strict=True):
             _draw_states(ax, scene, list_arms(conditions))
             ax.set(xscale="log", ylim=(-0.04, 1.04))
@@ -162,7 +181,7 @@ def _draw_ends(conditions: Sequence[Condition], shape: str, floor: str, evidence
     for (arm, pressure), ax in zip(columns, grid[0], strict=True):
         ax.set_title(f"{pressure:g}\n{arm}", fontsize=letters)
     for condition, ax in zip(conditions, grid[:, 0], strict=True):
-        ax.set_ylabel(escape_label(name_condition(condition, evidence)), fontsize=letters)
+        ax.set_ylabel(escape_label(name_condition(condition)), fontsize=letters)
     add_state_legend(figure, letters, loc="outside lower center")
     file = f"ends-{shape}-{floor}.png"
     save_figure(figure, evidence.folder / file)
