@@ -1,5 +1,6 @@
 """The strain gauge on a body of snow: its clusters, followed frame by frame, and what became of its particles."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
@@ -75,6 +76,17 @@ class Gauge:
         bodies, maps = self.judge_clusters(centre)
         now, stray = self.motion.position[index].astype(float), self.analysis.stray * self.motion.cell
         return attach_particles(self.clusters, self.carriers, bodies, maps, centre, self.start, now, stray)
+
+    def measure_strain(self, centre: np.ndarray) -> float:
+        """Measure the mean strain over the mass that is there, of neighbourhoods as they were at release.
+
+        ``centre`` (k, d): of the clusters now.  What has parted since counts too: a crack strains all that it runs
+        through, on a length that no grid decides.  NaN where no neighbourhood is known.
+        """
+        is_there = np.isfinite(centre).all(axis=1)
+        maps = find_maps(self.neighbours, is_there[self.neighbours.pairs].all(axis=1), centre)
+        mass = self.clusters.mass * (maps.is_known & is_there)
+        return float(mass @ maps.strain / mass.sum()) if mass.any() else math.nan
 
     def divide_clusters(self, centre: np.ndarray) -> np.ndarray:
         """Divide the mass of each cluster (k, d) into lump, crushed and loose, as parts of the body's mass, (k, 3)."""

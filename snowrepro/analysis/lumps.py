@@ -27,7 +27,7 @@ class Classification:
     bonds that broke by every stored frame, with columns both, stretch and crush; ``course``: part of the mass of
     clusters in each of STATES in these frames, as far as they were followed; ``state``: what the last chosen frame
     was judged by; ``changed``: part of the mass that changed its state in the frames before it (``settled_frames``), or
-    of the neighbours that parted then, whichever is more.
+    of the neighbours that parted then, whichever is more; ``strain``: mean since release, see ``Gauge.measure_strain``.
     """
 
     motion: Motion
@@ -37,6 +37,7 @@ class Classification:
     course: pd.DataFrame
     state: State
     changed: float
+    strain: float
 
     @property
     def last(self) -> Fragments:
@@ -161,7 +162,8 @@ def classify_motion(
     change = max(float(np.abs(parts[last] - parts[before]).sum() / 2), float(joined[before] - joined[last]))
     broken_by = pd.DataFrame.from_dict(broken, orient="index")
     course_by = pd.DataFrame.from_dict(course, orient="index", columns=list(STATES))
-    return Classification(motion, analysis, trace_ancestry(fragments, motion.mass), broken_by, course_by, state, change)
+    traced = trace_ancestry(fragments, motion.mass)
+    return Classification(motion, analysis, traced, broken_by, course_by, state, change, gauge.measure_strain(centre))
 
 
 def _lay_bonds(motion: Motion, analysis: Analysis, is_wanted: bool) -> Bonds:

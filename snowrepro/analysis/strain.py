@@ -14,6 +14,7 @@ from .clusters import Clusters, measure_lengths
 from .near import find_near_pairs, square_distances
 
 FLAT = 0.02  # of neighbours' second moments: their determinant over that of a disc, below which they lie in a line
+LEAST_STRETCH = 1e-3  # less counts as this: a neighbourhood pressed into a line has a strain, too
 MOST_ROUNDS = 10  # of parting pairs in one state
 AT_ONCE = 10_000  # clusters, to be spare with memory
 
@@ -70,6 +71,12 @@ class Maps:
     def change_of_volume(self) -> np.ndarray:
         """Volume, or area, of each neighbourhood over that at release (k,)."""
         return np.linalg.det(self.matrix)
+
+    @property
+    def strain(self) -> np.ndarray:
+        """Largest strain of each neighbourhood in any direction, |ln| of its stretch (k,)."""
+        stretches = np.linalg.svd(self.matrix, compute_uv=False)
+        return np.abs(np.log(np.maximum(stretches, LEAST_STRETCH))).max(axis=1)
 
 
 def find_neighbours(clusters: Clusters, radius: float) -> Neighbours:

@@ -114,6 +114,13 @@ FALL_COLUMNS = {
         "part of the mass that changed its state in the last frames (settled_frames), or of neighbours that parted, "
         "the larger"
     ),
+    "strain_at_gauge": Column(
+        "mean strain since the release",
+        "1",
+        "|ln| of the stretch in the direction of most strain, over neighbourhoods of a fixed size "
+        "(analysis.strain_radius, in the paper's cells, on any grid), by mass; cracks inside of one count. It needs no "
+        "threshold",
+    ),
     "lumps_by_strain": Column("part of the mass in lumps by the strain of neighbourhoods"),
     "lumps_by_bonds": Column("part of the mass in lumps if bonds held particles together"),
     "lumps_by_proximity": Column("part of the mass in lumps if all near particles held together"),

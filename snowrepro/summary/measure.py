@@ -101,6 +101,7 @@ def _measure_fall(dataset: xr.Dataset, classification: Classification) -> dict[s
     speeds = (falling["momentum_y"] / falling["total_mass"]).values
     return {
         **classification.measures(),
+        "strain_at_gauge": classification.strain,
         **_measure_other_definitions(classification),
         **_look_at_end(dataset, classification),
         "end_frame": int(dataset["frame"][-1]),

@@ -219,6 +219,21 @@ def test_thresholds_that_cannot_be_are_refused(wrong):
         classify(np.stack([DISC, DISC]), release=0, grid_spacing=1.0, **wrong)
 
 
+@pytest.mark.parametrize("sample", SAMPLES)
+@pytest.mark.parametrize(("change", "strain"), [([0, -0.4], 0.4), ([0.1, -0.3], 0.3), ([0.2, 0.1], 0.2), ([0, 0], 0.0)])
+def test_the_strain_at_the_gauge_is_that_of_the_body(sample, change, strain):
+    """However it is sampled, and wherever it was moved and turned."""
+    places = SAMPLES[sample]
+    moved = turn(places * np.exp(change), 2.0) + np.array([90.0, 0.0])
+    assert classify_states(places, moved).strain == pytest.approx(strain, abs=1e-6)
+
+
+def test_a_crack_strains_what_it_runs_through():
+    """As far as the gauge reaches, whether its sides have parted or not; a wider one strains it more."""
+    strains = [classify_states(DISC, np.where(DISC[:, :1] < 0, DISC - [gap, 0.0], DISC)).strain for gap in (0.3, 3, 6)]
+    assert 0 < strains[0] < strains[1] < strains[2]
+
+
 def test_what_vanishes_moves_nothing_that_stays():
     """However heavy it was, and however the body has turned: neighbourhoods are as they were, and hold together."""
     rng = np.random.default_rng(6)

@@ -30,8 +30,10 @@ def test_a_known_order_and_limit_are_found(order, limit, slope):
         ((0.1, 0.3, 0.2), 0.0, "does not converge: it goes to and fro"),
         ((0.1, 0.3, 0.2), 0.25, "moves by no more than seeds differ"),
         ((0.1, 0.102, 0.104), 0.0, "moves by no more than seeds differ"),
-        ((0.1, 0.2, math.nan), 0.0, "not run on three grids"),
-        ((0.1, 0.2), 0.0, "not run on three grids"),
+        ((0.1, 0.2, 0.4), math.nan, "does not converge: steps do not shrink"),
+        ((0.1, 0.102, 0.104), math.nan, "hardly moves"),
+        ((0.1, 0.2, math.nan), 0.0, "not all were run"),
+        ((0.1, 0.2), 0.0, "not all were run"),
     ],
 )
 def test_what_has_no_order_gets_no_limit(values, spread, words):

@@ -1,7 +1,7 @@
 """A figure on coarser and finer grids: each measure over the width of a cell, and the snow at the end."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import pandas as pd
@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ...evidence.gather import Evidence, sort_as_in_paper
-from ...evidence.refinement import MEASURES, PARTS, SHARES, Refinement, Trend, follow_grids
+from ...evidence.refinement import MEASURES, PARTS, SHARES, Refinement, Trend, follow_setting
 from ...evidence.variants import format_setting
 from ...settings.case import ARMS
 from ...store.run import Run
@@ -32,7 +32,7 @@ def report(evidence: Evidence) -> FigureContent:
     """Tabulate and draw what the measures do as the grid is refined, and show the snow on each grid."""
     if evidence.table.empty:
         return NO_RESULT
-    choices = follow_grids(evidence)
+    choices = follow_setting(evidence)
     rows = [row for choice in choices for row in _make_rows(choice)]
     make_cells(pd.DataFrame(rows)).to_csv(
         evidence.folder / "refinement.csv", index=False, float_format="%.6g", lineterminator="\n"
@@ -85,34 +85,51 @@ def _summarise(choices: Sequence[Refinement]) -> str:
             continue
         (arm, pressure, measure), trend = max(shares, key=lambda item: abs(item[1].steps[-1]))
         far = sum(abs(its.steps[-1]) > WANTED for _, its in shares)
-        open_ended = sum(its.words.startswith("does not converge") for _, its in shares)
-        coarse, fine = trend.spacings[-2:]
+        open_ended = sum(its.outcome == "do not shrink" for _, its in shares)
+        coarse, fine = trend.levels[-2:]
         parts.append(
-            f"{_describe_choice(choice)}: from cells of {coarse:g} to {fine:g}, {far} of {len(shares)} shares of the "
-            f"mass move by more than {WANTED:g}, most {MEASURES[measure]} at {pressure:g}, {arm} "
+            f"{describe_changes(choice.changes)}: from cells of {coarse:g} to {fine:g}, {far} of {len(shares)} shares "
+            f"of the mass move by more than {WANTED:g}, most {MEASURES[measure]} at {pressure:g}, {arm} "
             f"({trend.steps[-1]:+.2f}); {open_ended} do not converge by their steps."
         )
     return " ".join(parts) or "No share was run on two grids."
 
 
-def _describe_choice(choice: Refinement) -> str:
-    """Describe the choices of a refinement, in words where there are some."""
-    if not choice.changes:
+def describe_changes(changes: Mapping[str, object]) -> str:
+    """Describe changes of Figure 5, value by key, in words where there are some."""
+    if not changes:
         return "As in Figure 5"
-    name = ", ".join(f"{key}={format_setting(value)}" for key, value in choice.changes.items())
+    name = ", ".join(f"{key}={format_setting(value)}" for key, value in changes.items())
     return read_words().get(name, name)
 
 
 def _make_rows(choice: Refinement) -> Iterator[dict[str, Any]]:
     """Make the rows of a refinement's trends, in numbers."""
     for (arm, pressure, measure), trend in choice.trends.items():
-        limit, band = trend.limit
         yield {
-            "choices": _describe_choice(choice), "sintering": arm, "pressure": pressure, "measure": measure,
-            **{f"dx={dx:g}": value for dx, value in zip(trend.spacings, trend.values, strict=True)},
-            **{f"step to {dx:g}": step for dx, step in zip(trend.spacings[1:], trend.steps, strict=True)},
-            "seeds differ by": trend.spread, "order": trend.order, "limit": limit, "band": band, "words": trend.words,
+            "choices": describe_changes(choice.changes), "sintering": arm, "pressure": pressure, "measure": measure,
+            **make_numbers(trend, "dx"),
         }  # fmt: skip
+
+
+def make_numbers(trend: Trend, setting: str) -> dict[str, Any]:
+    """Make the part of a row that has the numbers of a trend; ``setting``: the short name of what falls along it."""
+    limit, band = trend.limit
+    return {
+        **{f"{setting}={level:g}": value for level, value in zip(trend.levels, trend.values, strict=True)},
+        **{f"step to {level:g}": step for level, step in zip(trend.levels[1:], trend.steps, strict=True)},
+        "seeds differ by": trend.spread, "order": trend.order, "limit": limit, "band": band, "words": trend.words,
+    }  # fmt: skip
+
+
+def format_values(trend: Trend, digits: str) -> list[str]:
+    """Format the values of a trend, level by level."""
+    return ["not run" if math.isnan(value) else f"{value:{digits}}" for value in trend.values]
+
+
+def format_steps(trend: Trend, digits: str) -> str:
+    """Format the steps of a trend."""
+    return ", ".join("-" if math.isnan(step) else f"{step:+{digits}}" for step in trend.steps)
 
 
 def _make_shown_row(choice: Refinement, arm: str, pressure: float, measure: str) -> dict[str, Any]:
@@ -120,16 +137,13 @@ def _make_shown_row(choice: Refinement, arm: str, pressure: float, measure: str)
     trend = choice.trends[arm, pressure, measure]
     digits = ".2f" if measure in PARTS else ".4g"
     return {
-        "choices": escape(_describe_choice(choice)),
+        "choices": escape(describe_changes(choice.changes)),
         "sintering": "with" if arm == ARMS[0] else "without",
         "pressure": f"{pressure:g}",
         "measure": MEASURES[measure],
-        **{
-            f"{dx:g}": "not run" if math.isnan(value) else f"{value:{digits}}"
-            for dx, value in zip(trend.spacings, trend.values, strict=True)
-        },
-        "seeds differ by": f"{trend.spread:{digits}}",
-        "steps": ", ".join("-" if math.isnan(step) else f"{step:+{digits}}" for step in trend.steps),
+        **{f"{dx:g}": value for dx, value in zip(trend.levels, format_values(trend, digits), strict=True)},
+        "seeds differ by": "one seed" if math.isnan(trend.spread) else f"{trend.spread:{digits}}",
+        "steps": format_steps(trend, digits),
         "what they say": trend.words,
     }
 
@@ -137,7 +151,7 @@ def _make_shown_row(choice: Refinement, arm: str, pressure: float, measure: str)
 def _make_half_row(choice: Refinement) -> dict[str, str]:
     """Make the row of where half is in lumps, by grid."""
     halves = {f"{dx:g}": escape(format_half_pressure(half)) for dx, half in choice.halves.items()}
-    return {"choices": escape(_describe_choice(choice)), **halves}
+    return {"choices": escape(describe_changes(choice.changes)), **halves}
 
 
 def draw_trends(choice: Refinement, evidence: Evidence) -> None:
@@ -150,15 +164,15 @@ def draw_trends(choice: Refinement, evidence: Evidence) -> None:
             for arm, (marker, line) in LINES.items():
                 trend = choice.trends[arm, pressure, measure]
                 label = f"{pressure:g}, {'with' if arm == ARMS[0] else 'without'}"
-                ax.plot(trend.spacings, trend.values, marker + line, color=colour, label=label, ms=4, lw=1)
-        _set_axis_of_spacing(ax, MEASURES[measure], trend.spacings)
+                ax.plot(trend.levels, trend.values, marker + line, color=colour, label=label, ms=4, lw=1)
+        set_axis_of_spacing(ax, MEASURES[measure], trend.levels)
     axes[0].set(ylim=(-0.03, 1.03), ylabel="part of the mass, or of the height")
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(handles), frameon=False, fontsize=8)
     save_figure(figure, evidence.folder / "refinement.png")
 
 
-def _set_axis_of_spacing(ax: Axes, title: str, spacings: Sequence[float]) -> None:
+def set_axis_of_spacing(ax: Axes, title: str, spacings: Sequence[float]) -> None:
     """Set the title of a panel and its axis of spacings, finer to the right."""
     ax.set(title=title, xscale="log", xlabel="width of a cell [paper's cells]")
     ax.set_xticks(spacings, [f"{dx:g}" for dx in spacings])
