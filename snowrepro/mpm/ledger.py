@@ -2,7 +2,8 @@
 
 The kinetic + elastic energy changes in a frame by the works of CAUSES, each what one cause gave to the snow, and by
 ``unclosed_energy``, the rest.  All causes are measured where they act, so the rest is not there by construction: it is
-the error of stepping in time, of the order of the time step.
+the error of stepping in time.  Of the order of the time step but on nodes that the floor holds: docs/solver.md, "Energy
+that the time step makes".
 
 A new cause takes an entry in ACCOUNTS, its name in an entry of CAUSES, and the line in ``steps`` that books what it
 gives, where it acts.  Fields, their clearing, TOTALS, diagnostics and the report's list follow.  One that changes the

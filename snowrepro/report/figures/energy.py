@@ -114,9 +114,9 @@ def _explain_ledger(momentum: float) -> str:
         "Each cause is measured where it acts, so the rest is not zero by construction: pressing as b times the way "
         "of each particle; plastic flow as stress times plastic strain; the floor and damping as impulse times the "
         "mean velocity on each node, and by particles that slide or are moved out; the transfer as kinetic energy "
-        "that the grid does not get or give back. What is left is the error of stepping in time, in proportion to the "
-        "time step (tests/validation/test_ledger.py). Momentum closes to round-off: of its largest value no frame "
-        f"leaves more than {momentum:.0e}."
+        "that the grid does not get or give back. What is left is the error of stepping in time: it shrinks with "
+        "the time step, but slower on nodes that the floor holds (tests/validation/test_step_energy.py). Momentum "
+        f"closes to round-off: of its largest value no frame leaves more than {momentum:.0e}."
     )
 
 
