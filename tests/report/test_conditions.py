@@ -1,5 +1,6 @@
 """Snow of two materials side by side: which claims hold with which."""
 
+import re
 from dataclasses import replace
 
 import pandas as pd
@@ -54,6 +55,9 @@ def test_the_report_says_which_claims_hold_with_which(evidence):
     assert "not settled" not in content.verdict
     content = figure.report(replace(evidence, table=evidence.table.assign(settled=1.0 * (evidence.table["seed"] < 0))))
     assert content.verdict.endswith("With table1 and sand most runs have not settled at their end.")
+    assert re.search(
+        r"In lumps at 3000 with sintering, ball on L: 0.\d\d with table1 and 0.\d\d with sand\.", content.verdict
+    )
     table = next(block for block in content.blocks if isinstance(block, Table)).frame
     assert table["material"].tolist() == ["table1", "sand"]
     assert table["C3"].tolist() == [r"yes\*", "open-"]

@@ -1,5 +1,6 @@
 """One condition of the snow beside another, such as its material or temperature: claims, measures, and the snow."""
 
+import math
 from collections.abc import Iterator, Sequence
 
 import pandas as pd
@@ -20,7 +21,7 @@ from ...quantities import add_unit
 from ...store.run import Run
 from ...text import make_cells
 from ..document import NO_RESULT, Block, FigureContent, Heading, Picture, Table, escape, format_code, join_names
-from ..drawing.columns import escape_label, format_value
+from ..drawing.columns import escape_label, format_value, is_number
 from ..drawing.common import SINTERED, choose_font, get_panel_size, save_figure
 from ..drawing.ends import draw_end
 from ..drawing.states import CRUSHED, FOOT, LOOSE, add_state_legend
@@ -75,9 +76,9 @@ def _list_rows(conditions: Sequence[Condition]) -> Iterator[dict[str, object]]:
 
 def name_condition(condition: Condition) -> str:
     """Name a condition by the values of its settings: "cam_clay"; numbers with what they are: "temperature 263.15"."""
-    key_of = condition.evidence.sweep.key_of
+    sweep = condition.evidence.sweep
     return ", ".join(
-        value if isinstance(value, str) else f"{key_of(name).rpartition('.')[2]} {format_value(value)}"
+        f"{sweep.key_of(name).rpartition('.')[2]} {format_value(value)}" if is_number(sweep, name) else str(value)
         for name, value in condition.values.items()
     )
 
@@ -107,12 +108,26 @@ def _summarise(conditions: Sequence[Condition]) -> str:
             groups.setdefault(_describe_where(holding, conditions), []).append(claim)
         parts = [f"{where}: {join_names(names, 'and')}" for where, names in groups.items()]
         sentences.append(f"{scene[0].upper()}{scene[1:]}: reproduced {'; '.join(parts)}.")
+    sentences += [_tell_lumps(number, conditions) for number in range(len(conditions[0].evidence.scenes))]
     if any("*" in sentence for sentence in sentences):
         sentences.append(f"(* with {name_condition(conditions[0])} by calibration, no test.)")
     restless = [name_condition(each) for each in conditions if not is_mostly_settled(each)]
     if restless:
         sentences.append(f"With {join_names(restless, 'and')} most runs have not settled at their end.")
-    return " ".join(sentences)
+    return " ".join(filter(None, sentences))
+
+
+def _tell_lumps(number: int, conditions: Sequence[Condition]) -> str:
+    """Tell how much of the snow of a scene is in lumps under each condition, at the highest pressure with sintering."""
+    highest = max(run.case.pressure for run in conditions[0].evidence.runs)
+    scenes = [condition.evidence.scenes[number] for condition in conditions]
+    lumps = [select_arm(scene.table, ARMS[0], STATES[0]).mean().get(highest, math.nan) for scene in scenes]
+    known = [
+        f"{value:.2f} with {name_condition(condition)}"
+        for condition, value in zip(conditions, lumps, strict=True)
+        if not math.isnan(value)
+    ]
+    return f"In lumps at {highest:g} with sintering, {scenes[0].name}: {join_names(known, 'and')}." if known else ""
 
 
 def _describe_where(holding: Sequence[Condition], conditions: Sequence[Condition]) -> str:
