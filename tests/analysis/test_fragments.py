@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from snowrepro.analysis.bonds import Extremes, lay_bonds
 from snowrepro.composition.compose import compose
 from snowrepro.scene.build import sample
 from snowrepro.summary.classify import classify
@@ -44,6 +45,18 @@ def test_signs_are_kept_apart(by):
     assert found.broken[by].iloc[-1] == found.broken["both"].iloc[-1] > 0.4
     assert found.broken[other].iloc[-1] == 0.0
     assert classified(x, moved, fidelity="preview", break_by=other).lump_fraction == 1.0
+
+
+def test_broken_bonds_are_those_strained_beyond_the_limit():
+    """Counted by squared lengths as by the log strains, for each sign; bonds lie in all directions."""
+    x = ball("preview")
+    extremes = Extremes(lay_bonds(x, 3.0))
+    extremes.extend(x * [1.4, 0.7])
+    history = extremes.to_history()
+    for limit in (0.1, 0.2, 0.3):
+        for sign, part in extremes.measure_broken(limit).items():
+            assert 0 < part < 1
+            assert part == (history.strain(sign) > limit).mean(), (sign, limit)
 
 
 @pytest.mark.parametrize("fidelity", FIDELITIES)

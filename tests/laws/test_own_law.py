@@ -11,7 +11,7 @@ import taichi as ti
 
 from snowrepro.composition.compose import compose, config_from
 from snowrepro.errors import ConfigError
-from snowrepro.laws.choose import make_material
+from snowrepro.laws.choose import make_material, make_sintering
 from snowrepro.laws.hencky import HenckyMaterial
 from snowrepro.laws.stomakhin import make_stomakhin
 from snowrepro.own_law import OwnLaw, make_own_law, pass_law
@@ -50,6 +50,7 @@ def test_a_law_is_chosen_by_its_name(packages):
     assert law.parameters == {"strength": 500.0}
     assert config.case.sintering.name == "power_law" and config.case.sintering.rho_max == 700
     assert make_material(config.case).strength == 500
+    assert make_sintering(config.case).exponent == config.case.sintering.law.parameters["exponent"]
     assert is_id_of(run_id(config.case), config.settings())
     assert config_from(config.settings()) == config
 

@@ -58,6 +58,7 @@ def test_a_gap_has_to_close_before_it_bears_again():
     point = Points(1, "material=sand", "material.law.cohesion=0")
     point.deform(np.eye(2) * 1.05)
     assert point.read("gap")[0] == pytest.approx(2 * np.log(1.05), rel=1e-9)
+    assert np.linalg.det(point.read("F_E")[0]) * point.read("J_P")[0] == pytest.approx(1.05**2, rel=1e-12)
     assert np.abs(point.read("tau")).max() < 1e-9
     point.deform(np.eye(2) / 1.04)
     assert np.abs(point.read("tau")).max() < 1e-9

@@ -40,6 +40,11 @@ def compute(a: ti.f64, b: ti.f64, c: ti.f64) -> ti.types.vector(5, ti.f64):
     return ti.Vector([a * b + c, a / 3.0, both[0] + both[1], a**2 + b, (matrix @ matrix)[0, 1]])
 
 
+@ti.kernel
+def add_to_square(a: ti.f64, b: ti.f64) -> ti.f64:
+    return a**2 + b  # alone: beside others the compiler may hide it in a vector
+
+
 def find_rearrangeable(folder: Path) -> list[str]:
     """Operations of the optimised kernels in a folder that a compiler might combine: a sum of a product, or a quotient
     whose divisor is another's too.
@@ -75,12 +80,14 @@ def test_products_and_quotients_are_kept_apart(tmp_path, monkeypatch):
         ti.init(ti.cpu, default_fp=ti.f64, fast_math=False, offline_cache=False, print_kernel_llvm_ir_optimized=True)
         taichi_private.round_each(is_needed)
         try:
-            answers[is_needed] = [compute(x, 0.1 + x, 1 / x).to_list() for x in (0.3, 7.1, 1e9)]
+            answers[is_needed] = [
+                (*compute(x, 0.1 + x, 1 / x).to_list(), add_to_square(x, 1 / x)) for x in (0.3, 7.1, 1e9)
+            ]
         finally:
             taichi_private.round_each(False)
         found[is_needed] = find_rearrangeable(folder)
     assert answers[True] == answers[False]
-    assert len(found[False]) >= 4
+    assert len(found[False]) >= 5
     assert not found[True]
 
 

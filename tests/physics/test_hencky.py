@@ -32,6 +32,12 @@ def fill_stress(F: MATRICES, tau: MATRICES, again: MATRICES, energy: VALUES):
         again[i] = hencky.deformation(e, half, along, across, R)
 
 
+@ti.kernel
+def fill_stiffness(tau: MATRICES, stiffness: VALUES):
+    for i in range(tau.shape[0]):
+        stiffness[i] = hencky.stiffness(tau[i], MU, LAM)
+
+
 def stress_of(F: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Stress, energy, and F put together again from its strain."""
     tau, again, energy = np.zeros_like(F), np.zeros_like(F), np.zeros(len(F))
@@ -87,3 +93,14 @@ def test_stress_does_not_depend_on_the_observer():
     F, (Q, Q_0) = draw(3), draw(4, 2, 0.0)
     tau, turned = stress_of(F)[0], stress_of(Q @ F @ Q_0)[0]
     np.testing.assert_allclose(turned, Q @ tau @ Q.T, atol=1e-12)
+
+
+def test_stiffness_is_that_along_the_axis_of_the_largest_compression():
+    """lambda + 2 mu - tau_1 with the smallest principal stress tau_1, as long as it is negative."""
+    tau = np.random.default_rng(5).normal(0, 1, (200, 2, 2))
+    tau += tau.transpose(0, 2, 1)
+    least = np.linalg.eigvalsh(tau)[:, 0]
+    assert (least < 0).sum() > 20 and (least > 0).sum() > 20
+    stiffness = np.zeros(len(tau))
+    fill_stiffness(tau, stiffness)
+    np.testing.assert_allclose(stiffness, LAM + 2 * MU - np.minimum(least, 0), rtol=1e-13)
