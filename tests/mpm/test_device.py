@@ -3,11 +3,12 @@
 import os
 
 import pytest
-import taichi as ti
 
+from snowrepro.compiler import name_compiler, ti
 from snowrepro.composition.compose import compose
 from snowrepro.errors import ConfigError
 from snowrepro.mpm import device, home, solver
+from snowrepro.mpm.taichi_private import find_program
 from snowrepro.run import warn_of_settings_left_out
 
 
@@ -15,7 +16,9 @@ def test_the_device_is_the_one_that_taichi_started(taichi):
     """Another one than was asked for is an error."""
     assert device.read_device() == ti.cpu.name
     device.require_device("cpu")
-    with pytest.raises(ConfigError, match=f"solver.device=cuda asks for cuda, and Taichi computes on {ti.cpu.name}"):
+    with pytest.raises(
+        ConfigError, match=f"solver.device=cuda asks for cuda, and {name_compiler()} computes on {ti.cpu.name}"
+    ):
         device.require_device("cuda")
 
 
@@ -33,9 +36,16 @@ def test_only_settings_that_change_nothing_are_left_to_taichi(monkeypatch):
 
 def configuration():
     """All that Taichi says of how it compiles and what it computes on, but not of what it prints, as text by name."""
-    config = ti.lang.impl.get_runtime().prog.config()
+    config = find_program().config()
     names = [name for name in dir(config) if not name.startswith(("_", "print_"))]
     return {name: str(getattr(config, name)) for name in names}
+
+
+def test_a_gpu_is_left_to_the_compiler_that_was_checked_there(monkeypatch):
+    """Refused before anything starts."""
+    monkeypatch.setattr(solver, "name_compiler", lambda: "quadrants")
+    with pytest.raises(ConfigError, match="=cuda needs taichi"):
+        solver.start_taichi(compose(["solver=cuda"]).case.solver, threads=1)
 
 
 @pytest.mark.parametrize("setting", ["TI_ARCH=vulkan", "TI_OPT_LEVEL=0", "TI_DEBUG=1", "TI_REAL_MATRIX_SCALARIZE=0"])
