@@ -87,4 +87,4 @@ def test_a_run_says_by_which_compiler_it_was_made(snowrepro, tmp_path):
         assert "quadrants" in versions and "taichi" not in versions
     assert written["arrays"] == digests(simulate(compose(SHORT)))
     assert "1 run, 1 of them done" in snowrepro("plan", *SHORT).stdout
-    assert "1 run, 0 of them done" in snowrepro("plan", *SHORT, "rerun=[environment]").stdout
+    assert "to run: 1, environment changed" in snowrepro("plan", *SHORT, "rerun=[environment]").stdout
