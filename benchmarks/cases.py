@@ -35,6 +35,7 @@ class BenchmarkCase:
     in_full: bool = False  # snowrepro: with sintering and diagnostics once a frame
     warm_up: int = WARM_UP  # frames
     updates: float = 20.0  # work that is timed [M particle-updates]
+    compiler: str = "taichi"  # of snowrepro's kernels
 
     @property
     def name(self) -> str:
@@ -72,7 +73,12 @@ def measure_together(cases: list[BenchmarkCase]) -> list[Measurement]:
     processes = []
     for case in cases:
         command = [sys.executable, __file__, json.dumps(asdict(case))]
-        environment = {**os.environ, **ONE_THREAD, **(MPM99_ON_ONE_CORE if case.code == "mpm99" else {})}
+        environment = {
+            **os.environ,
+            **ONE_THREAD,
+            "SNOWREPRO_COMPILER": case.compiler,
+            **(MPM99_ON_ONE_CORE if case.code == "mpm99" else {}),
+        }
         processes.append(
             subprocess.Popen(command, env=environment, text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         )

@@ -23,9 +23,9 @@ import time
 from pathlib import Path
 
 import numpy as np
-import taichi as ti
 from tables import format_table
 
+from snowrepro.compiler import ti
 from snowrepro.composition.compose import compose
 from snowrepro.errors import Diverged
 from snowrepro.mpm.batch import Batch, Follower

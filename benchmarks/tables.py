@@ -70,7 +70,7 @@ def tabulate_pairs(
 def describe_machine() -> str:
     """Describe processor, system and versions, in one line."""
     versions = []
-    for package in ("taichi", "numpy", "numba", "llvmlite", "warp-lang"):
+    for package in ("taichi", "quadrants", "numpy", "numba", "llvmlite", "warp-lang"):
         try:
             versions.append(f"{package} {importlib.metadata.version(package)}")
         except importlib.metadata.PackageNotFoundError:

@@ -4,8 +4,10 @@ import os
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
-os.environ.setdefault("TI_ENABLE_PYBUF", "0")  # else Taichi tells every notebook about its streams
+for name in ("TAICHI", "QUADRANTS"):  # either may compile
+    os.environ.setdefault(f"ENABLE_{name}_HEADER_PRINT", "0")
+for name in ("TI", "QD"):
+    os.environ.setdefault(f"{name}_ENABLE_PYBUF", "0")  # else it tells every notebook about its streams
 
 if TYPE_CHECKING:
     from .composition.compose import compose

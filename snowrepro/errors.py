@@ -33,8 +33,8 @@ class NoSolver(SnowreproError):
 
     def __init__(self) -> None:
         super().__init__(
-            "a simulation needs Taichi, which is not installed here (it has no package for every system and version "
-            "of Python): results can be read, classified and reported, but not made"
+            "a simulation needs Taichi, which is not installed here, or Quadrants (neither has a package for every "
+            "system and version of Python): results can be read, classified and reported, but not made"
         )
 
 

@@ -19,6 +19,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from .compiler import is_of_another, name_compiler
 from .errors import ConfigError
 from .settings.base import MOST_LETTERS, Settings
 from .settings.case import Case
@@ -106,6 +107,11 @@ def make_own_law(kind: str, case: Case, law: InstalledLaw) -> Any:
     missing = [part for part in PARTS[kind] if not hasattr(made, part)]
     if missing:
         raise ConfigError(f"{kind} law '{law.name}' has no {', '.join(missing)}: see docs/own-laws.md")
+    if any(is_of_another(getattr(made, part)) for part in PARTS[kind]):
+        raise ConfigError(
+            f"{kind} law '{law.name}' is made for another compiler than {name_compiler()}: it needs 'from "
+            "snowrepro.compiler import ti', which is the one that compiles"
+        )
     return made
 
 

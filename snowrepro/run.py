@@ -19,8 +19,9 @@ import numpy as np
 import xarray as xr
 from omegaconf import DictConfig
 
+from . import compiler
 from .composition.compose import job_overrides, validate
-from .errors import ConfigError, Diverged, FailedBefore, LeaseLost, NoSolver, SnowreproError, StoreError
+from .errors import ConfigError, Diverged, FailedBefore, LeaseLost, SnowreproError, StoreError
 from .foreign import Unreadable, is_plain_file
 from .mpm import home, ledger
 from .own_law import pass_law
@@ -56,7 +57,7 @@ def simulate(
     """Simulate one run, in memory alone; see ``simulate_case`` for what is returned and raised.
 
     ``progress``: whether to show a bar, on a terminal or in a notebook; ``material``, ``sintering``: a law in place of
-    the configuration's, see ``own_law.pass_law``.  Raises NoSolver where Taichi is not installed, ConfigError where it
+    the configuration's, see ``own_law.pass_law``.  Raises NoSolver where no compiler is installed, ConfigError where it
     computes on another device than was asked for, where a law of somebody else's breaks a rule, or for what is no
     configuration.
     """
@@ -102,34 +103,36 @@ def _require_lawful(config: Config) -> None:
 
 
 def _solver() -> ModuleType:
-    """The computing half of the program, which is loaded only here: all the rest reads stores without Taichi."""
-    try:
-        from . import simulation
-    except ModuleNotFoundError as error:
-        if error.name != "taichi":
-            raise
-        raise NoSolver from error
+    """The computing half of the program, loaded only here: all the rest reads stores without it.  Raises NoSolver."""
+    from . import simulation
+
     return simulation
 
 
 def _device() -> ModuleType:
-    """What asks Taichi where it computes, loaded as late."""
+    """What asks the compiler where it computes, loaded as late."""
     from .mpm import device
 
     return device
 
 
 def warn_of_settings_left_out() -> None:
-    """Take Taichi's settings out of the environment, and say once which of them are not used."""
+    """Take the compiler's settings out of the environment, and say once which of them are not used.
+
+    That one of ours chose the compiler is said too.
+    """
     home.leave_settings_out()
+    if compiler.is_asked_for():
+        _warn_once(f"{compiler.VARIABLE}: compiled by {compiler.name_compiler()}")
     if home.left_out:
-        _warn_once(", ".join(f"{name}={value}" for name, value in sorted(home.left_out.items())))
+        given = ", ".join(f"{name}={value}" for name, value in sorted(home.left_out.items()))
+        _warn_once(f"not used: {given}; what a run is computed on, and how, its configuration says (solver.device)")
 
 
 @functools.cache
-def _warn_once(given: str) -> None:
-    """Say that these settings are not used, if that was not said before."""
-    log.warning("not used: %s; what a run is computed on, and how, its configuration says (solver.device)", given)
+def _warn_once(message: str) -> None:
+    """Say this, if it was not said before."""
+    log.warning("%s", message)
 
 
 def do_run(run: Run, on_progress: Callable[["Progress"], None] | None = None) -> Path:

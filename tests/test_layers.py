@@ -11,8 +11,8 @@ import snowrepro
 
 PACKAGE = Path(snowrepro.__file__).parent
 ROOMS = (
-    "errors", "units", "quantities", "sources", "version", "text", "markup", "progress", "foreign", "settings",
-    "own_law", "composition", "analysis", "physics", "scene", "laws", "mpm", "reference",
+    "errors", "compiler", "units", "quantities", "sources", "version", "text", "markup", "progress", "foreign",
+    "settings", "own_law", "composition", "analysis", "physics", "scene", "laws", "mpm", "reference",
     "simulation", "point", "sintering_map", "rules", "store", "summary", "run", "sweep", "evidence", "report",
     "notebook", "checks", "cli",
 )  # fmt: skip

@@ -11,7 +11,8 @@ from snowrepro.sweep.plan import make_plan
 from tests.conftest import SMALL
 from tests.report import small_runs
 
-BLOCK = "import sys; sys.modules['taichi'] = None\n"  # then "import taichi" fails as if it were not installed
+# Then an import of either fails as if it were not installed.
+BLOCK = "import sys; sys.modules['taichi'] = sys.modules['quadrants'] = None\n"
 # What computes, and what checks that.
 COMPUTING = ("laws", "mpm", "physics", "point", "rules", "simulation", "sintering_map", "checks")
 COMPUTING_TOO = ("__main__", "sweep.together", "cli.checking", "verbs.check", "verbs.bless", "verbs.point")

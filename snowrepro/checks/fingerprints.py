@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ..compiler import name_compiler
 from ..store.provenance import environment
 from .cases import State
 from .finding import MOVED, OK, Finding
@@ -15,8 +16,19 @@ LETTERS = 16
 
 
 def name_platform() -> str:
-    """Name the platform that bits belong to: system, architecture, Taichi with its compiler; not Python or NumPy."""
-    return f"{platform.system()} {platform.machine()}, taichi {environment()['taichi']}"
+    """Name the platform that bits belong to: system, architecture, compiler; not Python or NumPy."""
+    compiler = name_compiler()
+    return f"{platform.system()} {platform.machine()}, {compiler} {environment()[compiler]}"
+
+
+def find_platform(platforms: Mapping[str, Mapping]) -> str:
+    """Find the platform to compare with: this one, or else its system and architecture with another compiler.
+
+    Taichi and Quadrants give the same bits.  This one too where there is neither.
+    """
+    here = name_platform()
+    machine = here.partition(",")[0]
+    return next((name for name in (here, *platforms) if name in platforms and name.partition(",")[0] == machine), here)
 
 
 def take_fingerprints(states: Mapping[int, State]) -> Prints:
@@ -29,16 +41,15 @@ def take_fingerprints(states: Mapping[int, State]) -> Prints:
 def compare_with_reference(case: str, prints: Prints, platforms: Mapping[str, Mapping]) -> Finding:
     """Compare the fingerprints of a case with those of this platform.
 
-    Where there are none, or the bits moved, tier 2 decides.  ``platforms``: by ``name_platform``, the fingerprints of
-    each case and the ``processor`` that they were taken on.
+    Where there are none, see ``find_platform``, or bits moved, tier 2 decides.  ``platforms``: by ``name_platform``,
+    the fingerprints of each case and the ``processor`` that they were taken on.
     """
-    here = name_platform()
-    reference = platforms.get(here, {}).get("cases", {}).get(case)
+    here, of = name_platform(), find_platform(platforms)
+    reference = platforms.get(of, {}).get("cases", {}).get(case)
+    expected = "the same bits" if of == here else f"the same bits as on {of}"
     if reference is None:
         known = "; ".join(platforms) or "none"
-        return Finding(
-            1, case, MOVED, f"no fingerprint for {here}", "the same bits", f"tier 2 takes over; known: {known}"
-        )
+        return Finding(1, case, MOVED, f"no fingerprint for {here}", expected, f"tier 2 takes over; known: {known}")
     moved = [
         (frame, name)
         for frame, digests in reference.items()
@@ -46,14 +57,14 @@ def compare_with_reference(case: str, prints: Prints, platforms: Mapping[str, Ma
         if prints.get(frame, {}).get(name) != digests[name]
     ]
     if not moved:
-        return Finding(1, case, OK, f"the same bits in frames {', '.join(reference)}", "the same bits")
+        return Finding(1, case, OK, f"the same bits in frames {', '.join(reference)}", expected)
     frame = moved[0][0]
     names = [name for at, name in moved if at == frame]
-    processor = platforms[here].get("processor", "unknown")
+    processor = platforms[of].get("processor", "unknown")
     other = "" if processor == environment()["processor"] else f"; the reference was taken on {processor}"
     return Finding(
         1, case, MOVED, f"other bits from frame {frame} on: {', '.join(names[:3])}{', ...' * (len(names) > 3)}",
-        "the same bits", f"tier 2 takes over{other}",
+        expected, f"tier 2 takes over{other}",
     )  # fmt: skip
 
 

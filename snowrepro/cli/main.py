@@ -9,7 +9,7 @@ import sys
 from collections.abc import Sequence
 from difflib import get_close_matches
 
-from ..errors import ExitCode, NoSolver, SnowreproError
+from ..errors import ExitCode, SnowreproError
 from ..text import make_printable
 from .arguments import split_folders
 from .deferred import deferred_imports
@@ -124,11 +124,6 @@ def _execute(options: argparse.Namespace, named: Sequence[str]) -> ExitCode:
         if not error.filename:
             _print_no_more()
         code = ExitCode.USAGE
-    except ModuleNotFoundError as error:
-        if error.name != "taichi":
-            raise
-        screen.say(f"error: {NoSolver()}")
-        code = NoSolver.exit_code
     except SnowreproError as error:
         screen.say(f"error: {error}")
         code = error.exit_code

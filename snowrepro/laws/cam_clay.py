@@ -3,8 +3,7 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-import taichi as ti
-
+from ..compiler import ti
 from ..physics import cam_clay, elasticity, hencky
 from ..settings.case import Case
 from ..settings.laws import CamClay

@@ -2,8 +2,7 @@
 
 from dataclasses import dataclass
 
-import taichi as ti
-
+from ..compiler import ti
 from ..physics import sintering
 from ..settings.case import Case
 from ..settings.laws import ConstantRates

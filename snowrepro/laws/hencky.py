@@ -1,7 +1,6 @@
 """What all materials in Hencky strain have in common: stress, energy and stiffness, without hardening of the moduli."""
 
-import taichi as ti
-
+from ..compiler import ti
 from ..physics import elasticity, hencky
 
 

@@ -7,8 +7,7 @@ paper's.  The scalar stress is the paper's von Mises stress, whose numbers are t
 
 from dataclasses import dataclass
 
-import taichi as ti
-
+from ..compiler import ti
 from ..physics import firn, sintering
 from ..settings.case import Case
 from ..settings.laws import MaenoRates

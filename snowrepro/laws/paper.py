@@ -2,8 +2,7 @@
 
 from dataclasses import dataclass
 
-import taichi as ti
-
+from ..compiler import ti
 from ..physics import sintering
 from ..physics.maxima import maximum_moduli
 from ..settings.case import Case

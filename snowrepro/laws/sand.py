@@ -4,8 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-import taichi as ti
-
+from ..compiler import ti
 from ..physics import elasticity, hencky, sand
 from ..settings.case import Case
 from ..settings.laws import Sand

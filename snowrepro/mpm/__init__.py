@@ -2,5 +2,5 @@
 
 from .home import leave_settings_out, provide_home
 
-provide_home()  # before any module here imports Taichi
+provide_home()  # before any module here loads the compiler
 leave_settings_out()

@@ -1,7 +1,6 @@
 """What a frame's energy and momentum come to, added up particle by particle and node by node in one order."""
 
-import taichi as ti
-
+from ..compiler import ti
 from . import steps
 from .cases import CHUNK
 from .ledger import TOTALS

@@ -7,7 +7,8 @@ import itertools
 from collections.abc import Sequence
 
 import numpy as np
-import taichi as ti
+
+from ..compiler import ti
 
 LANES = 8  # particles that the straight-line laws handle at once; arrays are padded to a multiple
 CHUNK = 128  # particles of one case side by side: what one thread adds up; cases of a batch begin on a multiple

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 
+from ..compiler import as_template
 from ..laws.choose import MaterialLaw, SinteringLaw, make_material, make_sintering
 from ..settings.case import Case
 from .splines import INERTIA, NODES
@@ -10,6 +11,7 @@ from .splines import INERTIA, NODES
 TOUCH = {"f64": 1e-9, "f32": 1e-4}  # grid spacings
 
 
+@as_template
 @dataclass(frozen=True)
 class Constants:
     """Numbers, switches of the reading and the laws; hashable, so that a kernel can be compiled for it.

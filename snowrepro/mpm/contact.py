@@ -4,8 +4,7 @@ Distance and normal are exact at the nodes and bilinear between them, as in lega
 straight floor, within dx^2 / 8R for one of radius R, and rounded over a grid spacing at a corner.
 """
 
-import taichi as ti
-
+from ..compiler import ti
 from ..physics.elasticity import TINY
 
 

@@ -10,14 +10,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import taichi as ti
-
+from ..compiler import as_template, ti
 from .cases import CHUNK
 from .ledger import TOTALS
 
 FIRST_TOTAL = 8  # column of the first of TOTALS in an outcome
 
 
+@as_template
 @dataclass(frozen=True)
 class Columns:
     """A quantity as the kernels see it: ``field``, ``shape``, its ``first`` column and that behind its ``last``."""

@@ -7,8 +7,8 @@ compiled into a run without an indenter.
 from dataclasses import dataclass
 
 import numpy as np
-import taichi as ti
 
+from ..compiler import ti
 from ..errors import ConfigError
 from ..settings.case import Case
 from . import contact

@@ -8,8 +8,8 @@ Each case goes through its frames on its own: a substep does nothing to a case w
 """
 
 import numpy as np
-import taichi as ti
 
+from ..compiler import ti
 from . import accounts, indenter, penalty, steps, transfer
 from .cases import CHUNK
 from .constants import Constants

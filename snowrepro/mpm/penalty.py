@@ -9,8 +9,7 @@ The impulse goes to the nodes before they move (step 4), as if it acted at the p
 particle get has its first moment there.
 """
 
-import taichi as ti
-
+from ..compiler import ti
 from ..physics.elasticity import TINY
 from . import contact, splines, transfer
 

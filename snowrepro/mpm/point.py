@@ -1,8 +1,8 @@
 """Points of a material that only see the strain that they are given: the solver's own stress update, without a grid."""
 
 import numpy as np
-import taichi as ti
 
+from ..compiler import ti
 from ..physics import elasticity
 from ..settings.case import Case
 from . import steps

@@ -3,8 +3,7 @@
 A sweep uses the cores by running many cases at once.
 """
 
-import taichi as ti
-
+from ..compiler import ti
 from . import indenter, penalty, steps, transfer
 from .state import RUNNING
 

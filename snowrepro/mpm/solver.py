@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
-import taichi as ti
 
+from ..compiler import name_compiler, ti
 from ..errors import ConfigError
 from ..scene.build import Scene
 from ..scene.press import SHELL_CELLS, external_force
@@ -38,8 +38,10 @@ def make_orders(case: Case, number: int) -> Orders:
 def start_taichi(solver: Solver, threads: int) -> None:
     """Start Taichi afresh in the run's precision, so that bits repeat: without fast math, on a GPU as on the CPU.
 
-    Raises ConfigError if the device is not there.
+    Or Quadrants in its place, see ``compiler``.  Raises ConfigError if the device is not there, or was not checked.
     """
+    if solver.device == "cuda" and name_compiler() != "taichi":
+        raise ConfigError(f"solver.device=cuda needs taichi: what {name_compiler()} gives on a GPU was not checked")
     arch = ti.cuda if solver.device == "cuda" else ti.cpu
     real = ti.f32 if solver.precision == "f32" else ti.f64
     leave_lines_unwrapped()

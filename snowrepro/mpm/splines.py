@@ -4,7 +4,7 @@ Positions are in grid spacings.  ``stencil`` gives the first node and the offset
 from it; ``weights`` and ``gradients`` the values and slopes at the nodes base, base + 1, ...
 """
 
-import taichi as ti
+from ..compiler import ti
 
 NODES = {"quadratic": 3, "cubic": 4}
 SIXTH = 1.0 / 6.0  # a product takes a fraction of a division's time

@@ -10,9 +10,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import taichi as ti
-from taichi.lang.util import to_numpy_type
 
+from ..compiler import ti
 from ..laws.choose import make_material
 from ..laws.quantity import Quantity
 from ..scene.build import Scene
@@ -74,7 +73,7 @@ def _field(shape: tuple[int, ...], size: int | tuple[int, ...], kind: Any = floa
 
 def _fill(field: ti.Field, values: np.ndarray) -> None:
     """Set a field in its own precision."""
-    field.from_numpy(values.astype(to_numpy_type(field.dtype)))
+    field.from_numpy(values.astype(ti.lang.util.to_numpy_type(field.dtype)))
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,7 @@
 ``serial`` and ``parallel`` loop over these stages in the paper's order; step 2 is ``serial.step_2_volume``.
 """
 
-import taichi as ti
-
+from ..compiler import ti
 from ..physics import elasticity
 from . import contact, indenter, penalty, transfer
 from .state import RUNNING, TOO_MANY_SUBSTEPS, UNSOUND_PARTICLE

@@ -1,4 +1,4 @@
-"""All that is changed inside Taichi: names that its next version may move.
+"""All that is changed inside Taichi, or inside Quadrants by the same names, which their next version may move.
 
 ``tests/mpm/test_taichi_private.py`` fails first when one has.
 """
@@ -6,11 +6,10 @@
 import textwrap
 from typing import Any
 
-from taichi.lang import ops
-from taichi.lang.ast import ast_transformer_utils
-from taichi.lang.expr import Expr
+from ..compiler import name_compiler, ti
 
 HUGE = 1e30  # beyond what any sound quantity reaches, within what f32 holds
+ops, Expr = ti.lang.ops, ti.lang.expr.Expr
 _multiply, _divide, _raise = ops.mul, ops.truediv, ops.pow
 
 
@@ -22,13 +21,18 @@ class _Unwrapped(textwrap.TextWrapper):
         return [text.rstrip()] if text.strip() else []
 
 
+def find_program() -> Any:
+    """What kernels are compiled for and run in; None before the compiler has started, where Quadrants would raise."""
+    return vars(ti.lang.impl.get_runtime())["_prog" if name_compiler() == "quadrants" else "prog"]
+
+
 def leave_lines_unwrapped() -> None:
     """Have Taichi quote source lines in its messages as they stand, instead of at most 80 letters a line.
 
     It prepares a message for each expression of each kernel that it compiles, and wrapping these takes more than a
     third of the time that a coarse run takes.
     """
-    ast_transformer_utils.TextWrapper = _Unwrapped
+    ti.lang.ast.ast_transformer_utils.TextWrapper = _Unwrapped
 
 
 def round_each(is_needed: bool) -> None:

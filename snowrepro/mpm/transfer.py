@@ -8,8 +8,7 @@ pic_flip  Stomakhin et al. 2013: particles keep ``constants.flip`` of their velo
 mls       moving least squares (Hu et al. 2018): APIC whose forces and velocity gradient are affine fits
 """
 
-import taichi as ti
-
+from ..compiler import ti
 from . import splines
 from .state import BLOCK
 

@@ -7,8 +7,7 @@ angle of friction.  (In three dimensions, with q = sqrt(3/2) |dev tau|, the same
 y has no factor 1 + 2 beta on q^2, as in the code Matter: the ellipse is as high as M (1 + beta) p_c / 2.
 """
 
-import taichi as ti
-
+from ..compiler import ti
 from .elasticity import EXP_RANGE, TINY, bounded_exp, clamp
 from .hencky import bounded_log
 

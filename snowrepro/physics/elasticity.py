@@ -5,8 +5,7 @@ unit of Young's modulus.  The closed form of the rotation replaces ``ti.svd``, w
 off-diagonals below 1e-5 and so erases shear that comes in small increments.
 """
 
-import taichi as ti
-import taichi.math as tm
+from ..compiler import ti
 
 TINY = 1e-30  # keeps 0/0 out of the closed forms; far below any stretch, and held by f32
 EXP_RANGE = 16.5  # |x| that bounded_exp is accurate for
@@ -99,4 +98,4 @@ def von_mises_stress(sigma, zz):
     xx, yy, xy = sigma[0, 0], sigma[1, 1], sigma[0, 1]
     vm1 = 0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2)  # Eq. 4
     vm2 = 3.0 * xy * xy  # Eq. 5; sigma_yz = sigma_zx = 0
-    return tm.sqrt(vm1 + vm2)  # Eq. 3
+    return ti.sqrt(vm1 + vm2)  # Eq. 3

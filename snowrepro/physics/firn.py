@@ -7,8 +7,7 @@ mechanism's ``..._constant``.  Temperatures are in kelvin, grain sizes in metres
 
 import math
 
-import taichi as ti
-
+from ..compiler import ti
 from .elasticity import bounded_exp, clamp
 from .hencky import LOG_RANGE, bounded_power
 

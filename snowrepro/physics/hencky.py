@@ -6,8 +6,7 @@ In the plane the pressure is p = -(tau_1 + tau_2)/2 = -K e with K = lambda + mu,
 shear stress, is |dev tau| / sqrt(2): centre and radius of Mohr's circle.
 """
 
-import taichi as ti
-
+from ..compiler import ti
 from .elasticity import EXP_RANGE, TINY, bounded_exp, clamp
 
 LOG_RANGE = (1e-6, 1e6)  # that bounded_log is accurate for; beyond, it stays

@@ -1,7 +1,6 @@
 """Stomakhin's plastic flow: stretches of F_E beyond [1 - theta_c, 1 + theta_s] become plastic."""
 
-import taichi as ti
-
+from ..compiler import ti
 from .elasticity import TINY, clamp
 
 

@@ -8,8 +8,7 @@ keeps the volume.  What comes apart beyond the tip keeps no stress but c; its ga
 which has to close before the snow bears pressure again, and no energy comes of that.
 """
 
-import taichi as ti
-
+from ..compiler import ti
 from .elasticity import EXP_RANGE, bounded_exp, clamp
 
 ROOT_2 = 1.4142135623730951  # |deviator| = sqrt(2) half

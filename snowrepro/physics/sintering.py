@@ -1,7 +1,6 @@
 """Pressure sintering: density (Eqs. 2 and 6), elasticity (Eq. 7; Eq. 8 in ``maxima``) and plasticity (Eq. 9)."""
 
-import taichi as ti
-
+from ..compiler import ti
 from .elasticity import bounded_exp
 
 

@@ -12,8 +12,10 @@ from datetime import datetime, timezone
 from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 
-PACKAGES = ("snowrepro", "taichi", "numpy", "scipy", "xarray", "netCDF4", "hydra-core")
-NUMERICAL = ("taichi", "numpy", "scipy", "shapely")  # those that compute
+from ..compiler import COMPILERS, name_compiler
+
+PACKAGES = ("numpy", "scipy", "xarray", "netCDF4", "hydra-core")
+NUMERICAL = ("numpy", "scipy", "shapely")  # those that compute, beside the compiler
 CLONE = Path(__file__).resolve().parents[2]  # if this code is in one
 # What of a clone a result depends on: reports and documents may change.
 SOURCES = ("snowrepro", "hydra_plugins", "conf", "experiments", "pyproject.toml", "requirements.lock")
@@ -48,19 +50,19 @@ def command(overrides: Sequence[str] = ()) -> str:
 
 @functools.cache
 def packages() -> dict[str, str]:
-    """Versions of all packages that snowrepro itself asks for."""
+    """Versions of all packages that snowrepro itself asks for, but of the compilers only that which compiles."""
     try:
         requirements = [text for text in requires("snowrepro") or [] if "extra ==" not in text]
     except PackageNotFoundError:
         requirements = []
-    names = sorted(re.split(r"[^\w.-]", text, maxsplit=1)[0] for text in requirements)
-    return {name: _version(name) for name in names}
+    names = {re.split(r"[^\w.-]", text, maxsplit=1)[0] for text in requirements}
+    return {name: _version(name) for name in sorted(names - {*COMPILERS} | {name_compiler()})}
 
 
 @functools.cache
 def environment() -> dict[str, str]:
     """What beside the configuration and the code could change a result's bits."""
-    packages = {name: _version(name) for name in NUMERICAL}
+    packages = {name: _version(name) for name in (name_compiler(), *NUMERICAL)}
     machine = {"system": platform.system(), "architecture": platform.machine(), "processor": _cpu()}
     return {"python": platform.python_version(), **packages, **machine}
 
@@ -68,7 +70,7 @@ def environment() -> dict[str, str]:
 @functools.cache
 def versions() -> str:
     """Of Python and of the packages that a result depends on."""
-    packages = ", ".join(f"{name} {_version(name)}" for name in PACKAGES)
+    packages = ", ".join(f"{name} {_version(name)}" for name in ("snowrepro", name_compiler(), *PACKAGES))
     return f"python {platform.python_version()}, {packages}"
 
 

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import pytest
-import taichi as ti
 
 from snowrepro.checks.finding import OK
 from snowrepro.checks.laws import check_material
+from snowrepro.compiler import ti
 from snowrepro.composition.compose import compose
 from snowrepro.laws.hencky import HenckyMaterial
 from snowrepro.mpm import constants

@@ -86,6 +86,19 @@ def test_a_platform_without_a_fingerprint_falls_to_tier_2_and_says_so():
     )
 
 
+def test_another_compiler_is_compared_with_the_one_that_was_there(monkeypatch):
+    """On the same system and architecture, and only while it has no fingerprints of its own."""
+    prints, here = fingerprints.take_fingerprints(states()), fingerprints.name_platform()
+    other = {"processor": "another", "cases": {"a": fingerprints.take_fingerprints(changed(1e-15))}}
+    monkeypatch.setattr(fingerprints, "name_platform", lambda: f"{here.partition(',')[0]}, another 1.0")
+    as_it_was = {"Plan9 mips, another 1.0": other, here: {"processor": "another", "cases": {"a": prints}}}
+    found = fingerprints.compare_with_reference("a", prints, as_it_was)
+    assert (found.state, found.allowed) == (OK, f"the same bits as on {here}")
+    with_its_own = {**as_it_was, fingerprints.name_platform(): other}
+    found = fingerprints.compare_with_reference("a", prints, with_its_own)
+    assert (found.state, found.allowed) == (MOVED, "the same bits")
+
+
 def test_a_fingerprint_is_of_numbers_and_not_of_how_they_are_kept():
     values = {1: {"x": np.arange(6.0).reshape(3, 2)}}
     turned = {1: {"x": np.asfortranarray(np.arange(6.0).reshape(3, 2))}}

@@ -1,8 +1,8 @@
 """Points of the snow of a configuration, and the strength of Cam clay."""
 
 import numpy as np
-import taichi as ti
 
+from snowrepro.compiler import ti
 from snowrepro.composition.compose import compose
 from snowrepro.mpm import point
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-import taichi as ti
 from scipy.optimize import root
 
+from snowrepro.compiler import ti
 from snowrepro.composition.compose import compose
 from snowrepro.errors import ConfigError
 from snowrepro.mpm.ledger import unclosed_share

@@ -7,8 +7,8 @@ import sys
 from dataclasses import dataclass, replace
 
 import pytest
-import taichi as ti
 
+from snowrepro.compiler import COMPILERS, name_compiler, ti
 from snowrepro.composition.compose import compose, config_from
 from snowrepro.errors import ConfigError
 from snowrepro.laws.choose import make_material, make_sintering
@@ -170,6 +170,21 @@ class Wrong(HenckyMaterial):
         elif ti.static(self.mistake == "nan"):
             tau /= 0.0 * lam
         return tau
+
+
+class Foreign:
+    """A sintering whose function another compiler than ours has decorated."""
+
+    def advance(self, rho, xi, sigma_m, b_norm, time_step, weight):
+        return rho, 1e5, 0.2, xi
+
+
+def test_a_law_that_is_made_for_another_compiler_is_refused(monkeypatch):
+    """Ours could not call its functions."""
+    (other,) = COMPILERS.keys() - {name_compiler()}
+    monkeypatch.setattr(Foreign.advance, f"_is_{other}_function", True, raising=False)
+    with pytest.raises(ConfigError, match=f"'Foreign' is made for another compiler than {name_compiler()}"):
+        simulate(compose(TINY), sintering=Foreign())
 
 
 @pytest.mark.slow

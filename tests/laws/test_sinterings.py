@@ -4,8 +4,8 @@ import functools
 
 import numpy as np
 import pytest
-import taichi as ti
 
+from snowrepro.compiler import ti
 from snowrepro.composition.compose import compose
 from snowrepro.errors import ConfigError
 from snowrepro.laws.choose import make_sintering

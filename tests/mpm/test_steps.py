@@ -1,11 +1,9 @@
 """The nine steps: conservation in the transfer, the NumPy twin, small shear, time step, failures."""
 
-import dataclasses
-
 import numpy as np
 import pytest
-import taichi as ti
 
+from snowrepro.compiler import ti
 from snowrepro.composition.compose import compose
 from snowrepro.errors import Diverged
 from snowrepro.mpm import serial, solver, steps, transfer
@@ -22,7 +20,7 @@ SPLINES = ("quadratic", "cubic")
 
 def constants(spline: str, dx: float = 1.0, **changes) -> Constants:
     case = compose([f"solver.spline={spline}"]).case
-    return dataclasses.replace(make_constants(case), dx=dx, **changes)
+    return Constants(**vars(make_constants(case)) | {"dx": dx, **changes})
 
 
 def cloud(count: int, dx: float, seed: int = 0) -> dict[str, np.ndarray]:

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import taichi as ti
 
+from snowrepro.compiler import ti
 from snowrepro.physics import firn
 from snowrepro.reference.firn import barnola
 from snowrepro.reference.snow import crocus

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
-import taichi as ti
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from snowrepro.compiler import ti
 from snowrepro.physics import elasticity, plasticity, sintering
 from snowrepro.physics.maxima import maximum_moduli
 from tests import twin

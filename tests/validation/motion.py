@@ -1,11 +1,9 @@
 """Particles under control: a scene of one's own, advanced frame by frame."""
 
-import dataclasses
-
 import numpy as np
 
 from snowrepro.mpm import solver
-from snowrepro.mpm.constants import make_constants
+from snowrepro.mpm.constants import Constants, make_constants
 from snowrepro.scene.build import Scene, floor_and_walls
 from snowrepro.settings.case import Case
 
@@ -59,7 +57,7 @@ class Motion:
     def __init__(self, case: Case, scene: Scene, frame_time: float | None = None):
         solver.start_taichi(case.solver, threads=1)
         constants = make_constants(case)
-        self.constants = dataclasses.replace(constants, frame_time=frame_time) if frame_time else constants
+        self.constants = Constants(**vars(constants) | ({"frame_time": frame_time} if frame_time else {}))
         self.particles, self.nodes, self.ledger = solver.allocate(case, scene, self.constants)
 
     def advance(self, frames: int = 1, gravity: float = 0.0, damping: float = 0.0) -> None:

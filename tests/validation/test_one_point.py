@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-import taichi as ti
 
+from snowrepro.compiler import ti
 from snowrepro.composition.compose import compose
 from snowrepro.mpm import steps
 from snowrepro.mpm.constants import make_constants

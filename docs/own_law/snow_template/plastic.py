@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-import taichi as ti
 from pydantic import Field
 
+from snowrepro.compiler import ti
 from snowrepro.laws.hencky import HenckyMaterial
 from snowrepro.laws.quantity import Quantity
 from snowrepro.own_law import OwnLaw

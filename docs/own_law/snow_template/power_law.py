@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-import taichi as ti
 from pydantic import Field
 
+from snowrepro.compiler import ti
 from snowrepro.laws.paper import PaperSintering, make_paper_sintering
 from snowrepro.own_law import OwnLaw
 from snowrepro.physics import hencky

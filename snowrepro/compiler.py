@@ -1,0 +1,65 @@
+"""The compiler of the kernels: Taichi, or Quadrants, its maintained fork, which gives the same bits.
+
+What is compiled has ``from ..compiler import ti``, which loads the compiler; nothing else here does.  Kernels are
+decorated as their modules are imported, so a process has one compiler from its start to its end.
+"""
+
+import functools
+import os
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any, TypeVar
+
+from .errors import ConfigError, NoSolver
+
+COMPILERS = {"taichi": "TI_", "quadrants": "QD_"}  # package: how its variables in the environment begin
+VARIABLE = "SNOWREPRO_COMPILER"  # names one, where both are installed
+
+Made = TypeVar("Made")
+
+
+@functools.cache
+def name_compiler() -> str:
+    """The package that compiles in this process: that which VARIABLE names, else the first of COMPILERS that is there.
+
+    Where none is, the first.  Raises ConfigError where VARIABLE names what is no compiler, or is not installed.
+    """
+    asked = os.environ.get(VARIABLE)
+    if not asked:
+        return next(filter(find_spec, COMPILERS), next(iter(COMPILERS)))
+    if asked not in COMPILERS:
+        raise ConfigError(f"{VARIABLE}={asked}: there is no such compiler; there are: {', '.join(COMPILERS)}")
+    if not find_spec(asked):
+        raise ConfigError(f"{VARIABLE}={asked}: it is not installed: pip install {asked}")
+    return asked
+
+
+def is_asked_for() -> bool:
+    """Whether the environment names the compiler."""
+    return bool(os.environ.get(VARIABLE))
+
+
+def is_of_another(function: Any) -> bool:
+    """Whether a function of a law was made for a compiler by another one than that of this process."""
+    return any(hasattr(function, f"_is_{name}_function") for name in COMPILERS if name != name_compiler())
+
+
+def as_template(made: type[Made]) -> type[Made]:
+    """Have a frozen dataclass be one that functions of kernels take: Quadrants takes what has fields apart.
+
+    It keeps how it is made, compared and hashed; ``dataclasses.replace`` and ``asdict`` do not know it any more.
+    """
+    del made.__dataclass_fields__  # type: ignore[attr-defined]
+    return made
+
+
+def __getattr__(name: str) -> Any:
+    """Load the compiler, as ``ti``, when it is first asked for.  Raises NoSolver where none is installed."""
+    if name != "ti":
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    try:
+        return import_module(name_compiler())
+    except ModuleNotFoundError as error:
+        if error.name not in COMPILERS:
+            raise
+        raise NoSolver from error
