@@ -11,7 +11,8 @@ import importlib.util
 import inspect
 import json
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
@@ -31,9 +32,13 @@ PARTS = {
     "material": ("STATE", "relax", "factor", "stress", "stress_zz", "energy", "flow_work", "stiffness"),
     "sintering": ("advance",),
 }
-NAME = re.compile(r"[A-Za-z]\w{0,59}")  # of an option
+NAME = re.compile(r"[A-Za-z]\w{0,59}", re.ASCII)  # of an option
+LETTERS = "letters from A to Z, digits and _, 60 at most, and begins with a letter"  # of NAME, in words
 PASSED = "passed in Python"  # in place of a package
 COMPILED = "__pycache__"
+PLACE = re.compile(r'File "(?:.*[/\\])?([^/\\"]+)", (line \d+, in \w+)')  # of an error, as Python and Taichi say it
+TRACED = "Traceback (most recent call last)"
+MOST_SAID = 300  # letters of an error
 _passed: dict[str, Any] = {}  # laws that were passed in this process, by their digests
 
 
@@ -65,7 +70,7 @@ def identify_law(kind: str, name: str) -> InstalledLaw:
     points = list_laws(kind).get(name, ())
     if not points:
         raise ConfigError(f"no installed package offers a {kind} law '{name}'")
-    packages = sorted({_name_package(point) for point in points})
+    packages = sorted({name_package(point) for point in points})
     if len(points) > 1:
         raise ConfigError(f"several packages offer a {kind} law '{name}': {', '.join(packages)}; remove all but one")
     version = points[0].dist.version if points[0].dist else ""
@@ -91,19 +96,9 @@ def make_own_law(kind: str, case: Case, law: InstalledLaw) -> Any:
 
     Raises ConfigError if it is not installed as the configuration says, or is no law.
     """
-    if law.package == PASSED:
-        made = _make_passed(kind, case, law)
-    else:
-        if change := describe_change(kind, law):
-            raise ConfigError(
-                f"{kind} law '{law.name}' of {law.package}: {change}; this run needs it as it was: install that, or "
-                "ask for the run anew"
-            )
-        own = load_law(kind, law.name)
-        try:
-            made = own.make(case, own.parameters.model_validate(law.parameters))
-        except ValidationError as error:
-            raise ConfigError(f"{kind} law '{law.name}': {error.errors()[0]['msg']}") from error
+    make = _find_passed(kind, law) if law.package == PASSED else _find_installed(kind, law)
+    with explain_errors(kind, law, "cannot be made"):
+        made = make(case)
     missing = [part for part in PARTS[kind] if not hasattr(made, part)]
     if missing:
         raise ConfigError(f"{kind} law '{law.name}' has no {', '.join(missing)}: see docs/own-laws.md")
@@ -112,7 +107,41 @@ def make_own_law(kind: str, case: Case, law: InstalledLaw) -> Any:
             f"{kind} law '{law.name}' is made for another compiler than {name_compiler()}: it needs 'from "
             "snowrepro.compiler import ti', which is the one that compiles"
         )
+    try:
+        hash(made)
+    except TypeError as error:
+        raise ConfigError(
+            f"{kind} law '{law.name}': {error}: a law is a frozen dataclass of numbers, words and tuples"
+        ) from error
     return made
+
+
+@contextmanager
+def explain_errors(kind: str, law: object, failure: str) -> Iterator[None]:
+    """Within it the code of a law runs; where it goes wrong and the law is somebody else's, a ConfigError says which.
+
+    ``failure``: what the law does then, in words.  A ConfigError is passed on.
+    """
+    try:
+        yield
+    except ConfigError:
+        raise
+    except Exception as error:
+        if not isinstance(law, InstalledLaw):
+            raise
+        raise ConfigError(f"{kind} law '{law.name}' of {law.origin} {failure}: {_shorten(error)}") from error
+
+
+def _shorten(error: Exception) -> str:
+    """What an error says, in one line; of the compiler's the innermost place, and what is wrong there."""
+    if isinstance(error, ValidationError):
+        return str(error.errors()[0]["msg"])
+    said, _, traced = str(error).partition(TRACED)
+    behind_marks = re.split(r"(?m)^\s*\^+\s*$", said)[-1].strip().partition("\n")[0]
+    what = traced.strip().rpartition("\n")[2].strip() if traced else behind_marks
+    places = PLACE.findall(said)
+    where = ", ".join(places[-1]) if places else type(error).__name__
+    return f"{where}: {what}"[:MOST_SAID]
 
 
 def describe_change(kind: str, law: InstalledLaw) -> str:
@@ -171,7 +200,7 @@ def pass_law(kind: str, law: Any) -> InstalledLaw:
     if not (is_object or isinstance(law, OwnLaw) or inspect.isroutine(law)):
         raise ConfigError(f"{kind}: {law!r} is no law, and no function that makes one: see docs/own-laws.md")
     named = law.make if isinstance(law, OwnLaw) else law if inspect.isroutine(law) else type(law)
-    parameters = _read_fields(law)
+    parameters = _read_fields(kind, law)
     content = json.dumps([kind, _read_source(named), named.__qualname__, parameters], sort_keys=True)
     digest = hashlib.sha256(content.encode()).hexdigest()[:16]
     _passed[digest] = law
@@ -179,20 +208,47 @@ def pass_law(kind: str, law: Any) -> InstalledLaw:
     return InstalledLaw(name=name, package=PASSED, version="", digest=digest, parameters=parameters)
 
 
-def _make_passed(kind: str, case: Case, law: InstalledLaw) -> Any:
-    """The law that was passed in this process.  Raises ConfigError if none was."""
+def _find_installed(kind: str, law: InstalledLaw) -> Callable[[Case], Any]:
+    """What makes an installed law of a case.  Raises ConfigError if it is not installed as the configuration says."""
+    if change := describe_change(kind, law):
+        raise ConfigError(
+            f"{kind} law '{law.name}' of {law.package}: {change}; this run needs it as it was: install that, or "
+            "ask for the run anew"
+        )
+    own = load_law(kind, law.name)
+    return lambda case: own.make(case, own.parameters.model_validate(law.parameters))
+
+
+def _find_passed(kind: str, law: InstalledLaw) -> Callable[[Case], Any]:
+    """What makes the law of a case that was passed in this process.  Raises ConfigError if none was."""
     if law.digest not in _passed:
         raise ConfigError(f"{kind} law '{law.name}' was passed in Python, by another process: pass it to simulate")
     given = _passed[law.digest]
     if isinstance(given, OwnLaw):
-        return given.make(case, given.parameters())
-    return given(case) if inspect.isroutine(given) else given
+        return lambda case: given.make(case, given.parameters())
+    return given if inspect.isroutine(given) else lambda _: given
 
 
-def _read_fields(law: Any) -> dict[str, Any]:
-    """The numbers and words of a law that is a dataclass, or the defaults of the parameters of an OwnLaw."""
+def require_plain(key: str, parameters: Mapping[str, Any]) -> None:
+    """Check that the parameters of a law, under their ``key``, can be written down.  Raises ConfigError."""
+    for name, value in parameters.items():
+        if not isinstance(value, bool | int | float | str):
+            raise ConfigError(f"{key}.{name}: a parameter is a number, a text, true or false (got {value!r})")
+
+
+def _read_fields(kind: str, law: Any) -> dict[str, Any]:
+    """The numbers and words of a law that is a dataclass, or the defaults of the parameters of an OwnLaw.
+
+    Raises ConfigError.
+    """
     if isinstance(law, OwnLaw):
-        return law.parameters().model_dump(mode="json")
+        try:
+            parameters = law.parameters().model_dump(mode="json")
+        except ValidationError as error:
+            wrong = ", ".join(str(item["loc"][0]) for item in error.errors() if item["loc"])
+            raise ConfigError(f"{kind}: a law that is passed needs a default for each parameter: {wrong}") from error
+        require_plain(f"{kind}.law.parameters", parameters)
+        return parameters
     fields = dataclasses.fields(law) if dataclasses.is_dataclass(law) else ()
     values = {field.name: getattr(law, field.name) for field in fields}
     return {name: value for name, value in values.items() if isinstance(value, bool | int | float | str)}
@@ -208,13 +264,16 @@ def _read_source(named: Any) -> str:
     raise ConfigError(f"the source of {named.__qualname__} cannot be read, so it cannot be told from another law")
 
 
-def _name_package(point: EntryPoint) -> str:
+def name_package(point: EntryPoint) -> str:
     """The name of the package that has an entry point."""
     return point.dist.name if point.dist else "unknown"
 
 
 def _digest_package(module: str) -> str:
-    """All files of the package that a module is in, in one word, without running it; a single module is one file."""
+    """The files of the package that a module is in, in one word, without running it; a single module is one file.
+
+    What editors and systems leave behind is no part of it: see ``_is_left_behind``.
+    """
     spec = importlib.util.find_spec(module.partition(".")[0])
     if spec is None:
         raise ConfigError(f"the package {module.partition('.')[0]} is named by an entry point, and is not there")
@@ -224,6 +283,11 @@ def _digest_package(module: str) -> str:
         files = [(Path(spec.origin).name, Path(spec.origin))]
     whole = hashlib.sha256()
     for name, path in sorted(files):
-        if COMPILED not in path.parts:
+        if not any(map(_is_left_behind, name.split("/"))):
             whole.update(f"{name}\0{hashlib.sha256(path.read_bytes()).hexdigest()}\n".encode())
     return whole.hexdigest()[:16]
+
+
+def _is_left_behind(name: str) -> bool:
+    """Whether a file or folder of this name is compiled code, hidden, or what an editor keeps."""
+    return name == COMPILED or name.startswith(".") or name.endswith("~")

@@ -11,6 +11,7 @@ import yaml
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from ..own_law import GROUPS, LETTERS, NAME
 from ..settings.config import PARTS
 
 MOST_NAMED = 4  # keys that may be meant
@@ -46,7 +47,9 @@ def one_message(error: Exception) -> str:
         r"Could not find '([^/']+)/([^']*)' Available options in '[^']+': (.*?)( Config search path|$)", text
     )
     if choice:
-        return f"there is no {choice[1]} '{choice[2]}'; there are: {', '.join(choice[3].split())}"
+        is_misnamed = choice[1] in GROUPS and not NAME.fullmatch(choice[2])
+        hint = f"; the name of a package's law has {LETTERS}" * is_misnamed
+        return f"there is no {choice[1]} '{choice[2]}'; there are: {', '.join(choice[3].split())}{hint}"
     if "hydra/launcher/submitit" in text:
         return "this launcher is not installed: pip install 'snowrepro[slurm]'"
     if "LexerNoViableAltException" in text:

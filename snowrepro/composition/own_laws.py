@@ -9,7 +9,17 @@ from omegaconf import OmegaConf
 from pydantic import ValidationError
 
 from ..errors import ConfigError
-from ..own_law import GROUPS, PASSED, describe_change, find_own_law, identify_law, list_laws, load_law
+from ..own_law import (
+    GROUPS,
+    PASSED,
+    describe_change,
+    explain_errors,
+    find_own_law,
+    identify_law,
+    list_laws,
+    load_law,
+    require_plain,
+)
 from ..settings.laws import InstalledLaw
 from .messages import explain
 
@@ -80,14 +90,17 @@ def _check_parameters(kind: str, law: Mapping[str, Any]) -> dict[str, Any]:
         raise ConfigError(f"{kind}.law.package: a law that was passed in Python is no option; pass it to simulate")
     if change := describe_change(kind, said):
         raise ConfigError(f"{kind}.law: {said.name} of {said.package}: {change}; choose it by {kind}={said.name}")
-    try:
-        parameters = load_law(kind, said.name).parameters.model_validate(law.get("parameters") or {})
-    except ValidationError as error:
-        names = ", ".join(load_law(kind, said.name).parameters.model_fields) or "none"
-        raise ConfigError(
-            f"{_explain_all(kind, error, 'parameters')}; {said.name} has the parameters: {names}"
-        ) from error
-    return parameters.model_dump(mode="json")
+    declared = load_law(kind, said.name).parameters
+    with explain_errors(kind, said, "cannot check its parameters"):
+        try:
+            parameters = declared.model_validate(law.get("parameters") or {}).model_dump(mode="json")
+        except ValidationError as error:
+            names = ", ".join(declared.model_fields) or "none"
+            raise ConfigError(
+                f"{_explain_all(kind, error, 'parameters')}; {said.name} has the parameters: {names}"
+            ) from error
+    require_plain(f"{kind}.law.parameters", parameters)
+    return parameters
 
 
 def _read_law(kind: str, law: Mapping[str, Any]) -> InstalledLaw:

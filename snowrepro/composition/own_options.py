@@ -3,12 +3,17 @@
 Behind them come the laws of installed packages.
 """
 
+import functools
+import logging
+from pathlib import Path
+
 from hydra.core.config_search_path import ConfigSearchPath
 from hydra.core.object_type import ObjectType
 from hydra.core.plugins import Plugins
 from hydra.plugins.config_source import ConfigResult, ConfigSource
 from hydra.plugins.search_path_plugin import SearchPathPlugin
 
+from ..own_law import GROUPS, list_laws, name_package
 from .experiments import CONF_DIR, FOLDER, OWN_DIR, find_own_experiments
 from .hydra_private import FileConfigSource
 from .own_laws import LawsSource
@@ -70,3 +75,15 @@ def offer_own_options() -> None:
     for plugin, kind in ((OwnOptions, SearchPathPlugin), (ExperimentsSource, ConfigSource), (LawsSource, ConfigSource)):
         if plugin not in Plugins.instance().discover(kind):
             Plugins.instance().register(plugin)
+    warn_of_hidden_laws()
+
+
+@functools.cache
+def warn_of_hidden_laws() -> None:
+    """Say once which laws of installed packages cannot be chosen, as an option of this program has their name."""
+    for kind in GROUPS:
+        for name, points in list_laws(kind).items():
+            if Path(CONF_DIR, kind, f"{name}.yaml").is_file():
+                packages = ", ".join(name_package(point) for point in points)
+                text = "%s=%s is the program's own; the law that %s offers by this name cannot be chosen"
+                logging.getLogger("snowrepro").warning(text, kind, name, packages)

@@ -3,7 +3,9 @@
 import numpy as np
 
 from ..compiler import ti
+from ..own_law import explain_errors
 from ..physics import elasticity
+from ..scene.build import Scene
 from ..settings.case import Case
 from . import steps
 from .constants import make_constants
@@ -48,37 +50,45 @@ def sinter_once(
     """Return (rho, E, nu, xi) after one update of a frame's length, at points of unpressed xi; Taichi was started.
 
     ``rho``: density before; ``sigma``: von Mises stress; ``b``: external force; all (count,).
+    Raises ConfigError where a law that is somebody else's fails.
     """
     rho, sigma, b = (np.ascontiguousarray(each, dtype=float).copy() for each in (rho, sigma, b))
     E, nu, xi = np.zeros_like(rho), np.zeros_like(rho), np.full_like(rho, case.material.xi)
-    advance(make_constants(case), rho, xi, sigma, b, E, nu, case.loading.frame_time)
+    constants = make_constants(case)
+    with explain_errors("sintering", case.sintering.law, "fails"):
+        advance(constants, rho, xi, sigma, b, E, nu, case.loading.frame_time)
     return rho, E, nu, xi
 
 
+def _make_scene(count: int, rho: float) -> Scene:
+    """A square of snow of so many particles, each of one unit of volume, without a floor."""
+    side = np.ceil(np.sqrt(count))
+    positions = np.stack(np.divmod(np.arange(count), side), axis=1) + 0.5
+    depth = np.minimum(positions, side - positions).min(axis=1)
+    distance, normal = np.ones((1, 1)), np.array([[[0.0, 1.0]]])
+    return Scene(positions, depth, rho, 1.0, distance, normal, np.sqrt(count / np.pi))
+
+
 class Points:
-    """``count`` points of unpressed snow of a case, each of one unit of volume; Taichi has been started.
+    """``count`` points of unpressed snow of a case, each of one unit of volume, side by side; Taichi has been started.
 
     ``stresses`` (count, 2, 2): Kirchhoff stress, as the law gives it; ``energies`` (count,): elastic energy.
+    Raises ConfigError where a law that is somebody else's fails.
     """
 
     def __init__(self, case: Case, count: int) -> None:
+        self.law = case.material.law
         self.constants = make_constants(case)
         self.particles = Particles(count, self.constants.material.STATE)
         self.stresses, self.energies = np.zeros((count, 2, 2)), np.zeros(count)
-        material = case.material
-        values = {
-            quantity.name: 0.0 if quantity.name == "position" else quantity.first(None, material)
-            for quantity in self.particles.quantities
-            if quantity.name not in ("mass", "volume")
-        }
-        values |= {"mass": material.rho, "volume": 1.0}
-        shapes = self.particles.shapes
-        self.particles.write_all({name: np.broadcast_to(values[name], (count, *shapes[name])) for name in shapes})
+        with explain_errors("material", self.law, "has no first values"):
+            self.particles.start(_make_scene(count, case.material.rho), case.material)
 
     def deform(self, increments: np.ndarray) -> None:
         """F_E becomes increment @ F_E, as in step 6, and the stress follows; (2, 2) for all points, or one each."""
         self.write("F_E", increments @ self.read("F_E"))
-        update(self.particles, self.constants, self.stresses, self.energies)
+        with explain_errors("material", self.law, "fails"):
+            update(self.particles, self.constants, self.stresses, self.energies)
 
     def save(self) -> dict[str, np.ndarray]:
         """A copy of all quantities, for ``load``."""

@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 from snowrepro import own_law
+from snowrepro.composition import own_options
 
 TEMPLATE = Path(__file__).parents[2] / "docs" / "own_law"
 ENTRY_POINTS = """[snowrepro.material]
@@ -31,7 +32,8 @@ def place_template(folder: Path, version: str = "1.0", entry_points: str = ENTRY
 
 def forget_packages() -> None:
     """Look anew at what is installed, as a new process does."""
-    for cached in (own_law.list_laws, own_law.identify_law, own_law.load_law):
+    cached_functions = (own_law.list_laws, own_law.identify_law, own_law.load_law, own_options.warn_of_hidden_laws)
+    for cached in cached_functions:
         cached.cache_clear()
     for name in [name for name in sys.modules if name.partition(".")[0] == "snow_template"]:
         del sys.modules[name]

@@ -17,6 +17,7 @@ from snowrepro.laws.stomakhin import make_stomakhin
 from snowrepro.own_law import OwnLaw, make_own_law, pass_law
 from snowrepro.physics import hencky
 from snowrepro.run import simulate
+from snowrepro.settings.base import Settings
 from snowrepro.store import manifest
 from snowrepro.store.identity import is_id_of, run_id
 from snowrepro.store.run import open_run
@@ -147,6 +148,42 @@ def test_what_an_entry_point_names_is_a_law(packages):
         compose(["material=plastic"])
 
 
+@pytest.mark.parametrize("left", [".DS_Store", "plastic.py~", ".idea/x.xml", "__pycache__/x.pyc"])
+def test_what_is_left_behind_in_a_package_is_no_part_of_it(packages, left):
+    first = id_of("material=plastic")
+    for name in (left, "data.csv"):
+        file = packages / "snow_template" / name
+        file.parent.mkdir(exist_ok=True)
+        file.write_text("left")
+        forget_packages()
+        assert (id_of("material=plastic") == first) == (name == left)
+
+
+def test_a_parameter_is_a_number_a_text_true_or_false(packages):
+    """One line says so."""
+    file = packages / "snow_template" / "plastic.py"
+    declared, listed = "float = Field(500.0, gt=0,", "tuple[float, ...] = Field((1.0,),"
+    file.write_text(file.read_text().replace(declared, listed))
+    forget_packages()
+    with pytest.raises(ConfigError) as error:
+        compose(["material=plastic"])
+    said = "material.law.parameters.strength: a parameter is a number, a text, true or false (got [1.0])"
+    assert str(error.value) == said
+
+
+def test_a_name_that_cannot_be_chosen_is_told(packages, caplog):
+    """One that is no word, and one that an own option has."""
+    names = "my-law = snow_template.plastic:LAW\ntable1 = snow_template.plastic:LAW\n"
+    place_template(packages, entry_points=f"[snowrepro.material]\n{names}")
+    with pytest.raises(ConfigError, match=r"there is no material 'my-law'; .* has letters from A to Z, digits and _"):
+        compose(["material='my-law'"])
+    assert compose(["material=table1"]).case.material.law.name == "stomakhin"
+    said = [record.getMessage() for record in caplog.records]
+    assert said == [
+        "material=table1 is the program's own; the law that snow-template offers by this name cannot be chosen"
+    ]
+
+
 @ti.data_oriented
 @dataclass(frozen=True)
 class Wrong(HenckyMaterial):
@@ -160,6 +197,10 @@ class Wrong(HenckyMaterial):
         new = F
         if ti.static(self.mistake == "energy"):
             new = F + 0.01 * (F - ti.Matrix([[1.0, 0.0], [0.0, 1.0]]))
+        if ti.static(self.mistake == "name"):
+            new = undefined_name  # noqa: F821
+        elif ti.static(self.mistake == "arguments"):
+            new = self.stress(F)
         return new, state
 
     @ti.func
@@ -250,13 +291,58 @@ def make_nothing(case):
     return None
 
 
-def test_what_is_no_law_is_refused():
-    with pytest.raises(ConfigError, match="material: 3 is no law"):
-        simulate(compose(TINY), material=3)
-    with pytest.raises(ConfigError, match=r"material: .*Wrong.* is no law"):
-        simulate(compose(TINY), material=Wrong)
-    with pytest.raises(ConfigError, match="'make_nothing' has no STATE, relax, factor"):
-        simulate(compose(TINY), material=make_nothing)
+def make_broken(case):
+    raise KeyError("strength")
+
+
+@dataclass(frozen=True)
+class Listed(Wrong):
+    values: list | None = None
+
+
+class Needs(Settings):
+    strength: float
+
+
+class Many(Settings):
+    strengths: tuple[float, ...] = (1.0, 2.0)
+
+
+@ti.data_oriented
+class FailingSintering:
+    @ti.func
+    def advance(self, rho, xi, sigma_m, b_norm, time_step, weight):
+        return rho, E, 0.2, xi  # noqa: F821
+
+
+@pytest.mark.parametrize(
+    ("laws", "message"),
+    [
+        (
+            {"material": make_broken},
+            "material law 'make_broken' of passed in Python cannot be made: KeyError: 'strength'",
+        ),
+        (
+            {"material": Wrong("name")},
+            r"'Wrong' .* fails: test_own_law.py, line \d+, in relax: Name \"undefined_name\" is",
+        ),
+        (
+            {"material": Wrong("arguments")},
+            r"material law 'Wrong' .* fails: test_own_law.py, line \d+, in relax: Parameter `R` missing",
+        ),
+        (
+            {"sintering": FailingSintering()},
+            r"sintering law 'FailingSintering' .* fails: test_own_law.py, .* \"E\" is not",
+        ),
+        ({"material": Listed("", [1.0])}, "unhashable type: 'list': a law is a frozen dataclass of numbers"),
+        ({"material": OwnLaw(make_nothing, Needs)}, "needs a default for each parameter: strength"),
+        ({"material": OwnLaw(make_nothing, Many)}, "parameters.strengths: a parameter is a number, a text"),
+    ],
+)
+def test_code_that_fails_is_told_in_one_line(laws, message):
+    with pytest.raises(ConfigError, match=message) as error:
+        simulate(compose(TINY), **laws)
+    assert "\n" not in str(error.value)
 
 
 @pytest.mark.nightly
