@@ -1,6 +1,8 @@
 """One point of a case's material led along a path of strain, as a Dataset: what a law does, without a run."""
 
-from collections.abc import Callable
+import csv
+import re
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path as Place
 
@@ -10,10 +12,14 @@ import xarray as xr
 from scipy.linalg import expm
 
 from . import units
+from .analysis import clusters
 from .errors import ConfigError
-from .laws.choose import make_material
+from .laws.quantity import Quantity
+from .mpm import ledger
+from .mpm.constants import make_constants
 from .mpm.point import Points
 from .mpm.solver import start_taichi
+from .mpm.state import ATTRIBUTES, SHAPES
 from .settings.case import Case
 
 UPRIGHT = np.array([[0.0, 0.0], [0.0, 1.0]])
@@ -79,14 +85,15 @@ def read_path(file: Place, steps: int = 400) -> Path:
 
 def _read_corners(file: Place) -> np.ndarray:
     """Read the strains (rows, 2, 2) of a table.  Raises ConfigError."""
-    try:
-        table = pd.read_csv(file, skipinitialspace=True)
-    except (OSError, ValueError) as error:  # ValueError: no table, or no text
-        raise ConfigError(f"{file} cannot be read as a table of strains: {error}") from error
-    missing = [name for name in COLUMNS if name not in table]
-    if missing:
-        raise ConfigError(f"{file}: a table of strains has columns {', '.join(COLUMNS)}; missing: {', '.join(missing)}")
-    numbers = table[list(COLUMNS)].apply(pd.to_numeric, errors="coerce").to_numpy(float)
+    header, rows = _read_words(file)
+    if misnamed := [f"{name} {header.count(name)} times" for name in COLUMNS if header.count(name) != 1]:
+        raise ConfigError(f"{file}: a table of strains has columns {', '.join(COLUMNS)}; it has {', '.join(misnamed)}")
+    for number, row in enumerate(rows, start=1):
+        if len(row) != len(header):
+            raise ConfigError(f"{file}: row {number} has {len(row)} values, for {len(header)} columns")
+    table = pd.DataFrame(rows, columns=range(len(header)), dtype=str)
+    places = [header.index(name) for name in COLUMNS]
+    numbers = table[places].apply(pd.to_numeric, errors="coerce").to_numpy(float)
     wrong = np.flatnonzero(~np.isfinite(numbers).all(axis=1))
     if len(wrong) or not 2 <= len(numbers) <= MOST_STEPS:
         where = f"row {wrong[0] + 1} has something else" if len(wrong) else f"it has {len(numbers)} rows"
@@ -94,13 +101,26 @@ def _read_corners(file: Place) -> np.ndarray:
     return numbers[:, [[0, 2], [2, 1]]]
 
 
+def _read_words(file: Place) -> tuple[list[str], list[list[str]]]:
+    """Read the header of a table and its rows, without those that are empty.  Raises ConfigError."""
+    try:
+        with Place(file).open(encoding="utf-8-sig", newline="") as lines:
+            rows = [[word.strip() for word in row] for row in csv.reader(lines) if row]
+    except (OSError, ValueError, csv.Error) as error:  # ValueError: no text
+        raise ConfigError(f"{file} cannot be read as a table of strains: {error}") from error
+    if not rows:
+        raise ConfigError(f"{file} cannot be read as a table of strains: it is empty")
+    return rows[0], rows[1:]
+
+
 def follow_path(case: Case, path: Path) -> xr.Dataset:
     """Lead a point of unpressed snow along a path.
 
     Returns stress (Kirchhoff), what the material remembers, and where the work went, at the start and after each step.
+    Raises ConfigError where a law that is somebody else's fails.
     """
     start_taichi(case.solver, threads=1)
-    points = Points(case, 1)
+    points = make_points(case, 1)
     points.deform(np.eye(2))
     rows, work = [_read_row(points)], [0.0]
     for step in path.steps:
@@ -108,7 +128,31 @@ def follow_path(case: Case, path: Path) -> xr.Dataset:
         rows.append(_read_row(points))
         mean = 0.5 * (rows[-2]["tau"] + rows[-1]["tau"])
         work.append(work[-1] + float((mean * step).sum()))
-    return _describe(case, path, rows, work)
+    return _describe(case, path, rows, work, points.constants.material.STATE)
+
+
+def make_points(case: Case, count: int) -> Points:
+    """Points of the case's material; Taichi has been started.  Raises ConfigError for a wrong STATE of its law."""
+    _require_state(case.material.law.name, make_constants(case).material.STATE)
+    return Points(case, count)
+
+
+def _require_state(law: str, state: Sequence[Quantity]) -> None:
+    """Check the quantities that a material law keeps of each particle, before anything is built of them."""
+    if not isinstance(state, tuple | list):
+        raise ConfigError(f"material law '{law}': STATE is a tuple of quantities, not {type(state).__name__}")
+    wrong = [repr(each) for each in state if not isinstance(each, Quantity)]
+    names = [each.name for each in state if isinstance(each, Quantity)]
+    flaws = {
+        "what is no Quantity": wrong,
+        "names that are no words of letters, digits and _": [name for name in names if not WORD.fullmatch(name)],
+        "names twice": sorted({name for name in names if names.count(name) > 1}),
+        "names that are taken": [name for name in names if name in TAKEN],
+        "quantities that are no scalars": [each.name for each in state if each.shape != ()] if not wrong else [],
+    }
+    said = [f"{flaw}: {', '.join(found)}" for flaw, found in flaws.items() if found]
+    if said:
+        raise ConfigError(f"material law '{law}': STATE has {'; '.join(said)}")
 
 
 def _read_row(points: Points) -> dict[str, np.ndarray]:
@@ -124,8 +168,10 @@ def _add_up(steps: np.ndarray) -> np.ndarray:
     return np.stack([strains[:, 0, 0], strains[:, 1, 1], 0.5 * (strains[:, 0, 1] + strains[:, 1, 0])])
 
 
-def _describe(case: Case, path: Path, rows: list[dict[str, np.ndarray]], work: list[float]) -> xr.Dataset:
-    """Put a path into a Dataset with names and units."""
+def _describe(
+    case: Case, path: Path, rows: list[dict[str, np.ndarray]], work: list[float], state: Sequence[Quantity]
+) -> xr.Dataset:
+    """Put a path into a Dataset with names and units; ``state``: what the law keeps."""
     columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     tau = columns.pop("tau")
     columns |= {
@@ -137,7 +183,7 @@ def _describe(case: Case, path: Path, rows: list[dict[str, np.ndarray]], work: l
     }  # fmt: skip
     variables = {name: ("step", values) for name, values in columns.items()}
     dataset = xr.Dataset(variables, {"strain": ("step", path.strains)})
-    own = {quantity.name: (quantity.long_name, quantity.unit) for quantity in make_material(case).STATE}
+    own = {quantity.name: (quantity.long_name, quantity.unit) for quantity in state}
     for name, (long_name, powers) in {**MEANING, **own}.items():
         unit = units.text(powers, case.reading.length_unit)
         dataset[name].attrs = {"long_name": long_name, "units": unit}
@@ -162,3 +208,11 @@ MEANING = {
     "hardening_work": ("energy by the change of Eq. 1's factor since the start", STRESS),
     "wave_speed2": ("square of the speed that the time step rests on", "L2/T2"),
 }
+WORD = re.compile(r"[A-Za-z]\w*", re.ASCII)
+# Names that particles, runs, checkpoints and paths have: a law keeps nothing under one of these.
+TAKEN = {
+    *SHAPES, *ATTRIBUTES, *ledger.MEANING, *ledger.INDENTER, *MEANING,
+    "frame", "time", "snapshot", "snapshot_time", "particle", "axis", "step",
+    clusters.MEMBER, clusters.POSITION, clusters.FRAMES, "cluster_number",
+    "top_speed2", "test_place", "seconds", "began",
+}  # fmt: skip

@@ -1,12 +1,19 @@
 """One point led along paths: what comes back, and how the command says it."""
 
+from argparse import Namespace
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
 
+from snowrepro.cli.verbs import point as verb
 from snowrepro.composition.compose import compose
 from snowrepro.errors import ConfigError
-from snowrepro.point import CYCLES, PATHS, follow_path, make_path, read_path
+from snowrepro.laws.quantity import Quantity
+from snowrepro.laws.sand import SandMaterial
+from snowrepro.mpm.state import SHAPES, Particles
+from snowrepro.point import CYCLES, PATHS, TAKEN, follow_path, make_path, make_points, read_path
 
 
 @pytest.mark.parametrize("name", PATHS)
@@ -64,7 +71,9 @@ def test_a_table_of_strains_is_followed(tmp_path):
 
 @pytest.mark.parametrize(
     ("text", "message"),
-    [("", "cannot be read"), ("xx,yy\n0,0\n1,0\n", "missing: xy"), ("xx,yy,xy\n0,0,0\n", "it has 1 rows"),
+    [("", "cannot be read"), ("xx,yy\n0,0\n1,0\n", "xy 0 times"),
+     ("xx,yy,xy,yy\n0,0,0,0\n1,0,0,1\n", "yy 2 times"), ("xx,yy,xy\n0,0,0,9\n1,0,0,9\n", "row 1 has 4 values, for 3"),
+     ("xx,yy,xy\n0,0,0\n1,0\n", "row 2 has 2 values"), ("xx,yy,xy\n0,0,0\n", "it has 1 rows"),
      ("xx,yy,xy\n0,0,0\n0,much,0\n", "row 2 has something else"), ("xx,yy,xy\n0,0,0\n0,inf,0\n", "row 2"),
      ("xx,yy,xy\n0,0,0\n0,0,0\n", "from row to row by 0"), ("xx,yy,xy\n0,0,0\n0,9,0\n", "more than 5")],
 )  # fmt: skip
@@ -74,6 +83,70 @@ def test_a_wrong_table_is_refused(text, message, tmp_path):
     with pytest.raises(ConfigError, match=message) as error:
         read_path(file)
     assert str(file) in str(error.value)
+
+
+def keep(monkeypatch, *state) -> None:
+    """Have sand keep these quantities."""
+    monkeypatch.setattr(SandMaterial, "STATE", state)
+
+
+LIKE = Quantity("", (), "own", "1")
+
+
+@pytest.mark.parametrize(
+    "name", ["tau", "strain", "work", "shear", "count", "write", "step", "seconds", "indenter_force"]
+)
+def test_a_law_keeps_nothing_under_a_name_that_is_taken(monkeypatch, name):
+    keep(monkeypatch, replace(LIKE, name=name))
+    with pytest.raises(ConfigError, match=f"material law 'sand': STATE has names that are taken: {name}"):
+        follow_path(compose(["material=sand"]).case, make_path())
+
+
+@pytest.mark.parametrize(
+    ("state", "message"),
+    [
+        (("gap",), "no Quantity: 'gap'"),
+        ((replace(LIKE, name="my gap"),), "no words of letters, digits and _: my gap"),
+        ((replace(LIKE, name="gap"), replace(LIKE, name="gap")), "names twice: gap"),
+        ((replace(LIKE, name="back", shape=(2, 2)),), "no scalars: back"),
+    ],
+)
+def test_a_wrong_state_is_refused(monkeypatch, state, message):
+    keep(monkeypatch, *state)
+    with pytest.raises(ConfigError, match=message):
+        follow_path(compose(["material=sand"]).case, make_path())
+
+
+def test_all_names_that_there_are_are_taken(taichi, small_run, indented_run):
+    assert {*vars(Particles(1)), *dir(Particles)} <= {*TAKEN, *(name for name in dir(Particles) if name[0] == "_")}
+    for run in (small_run, indented_run):
+        assert {*run.variables, *run.dims} <= TAKEN
+    assert {*follow_path(compose([]).case, make_path(steps=1)).variables} <= TAKEN
+
+
+def test_a_first_value_may_use_the_scene(monkeypatch, taichi):
+    """Points are a square of snow, undeformed, of one unit of volume each."""
+    first = lambda scene, material: scene.depth + material.rho * scene.volume
+    keep(monkeypatch, replace(LIKE, name="deep", first=first), SandMaterial.STATE[1])
+    case = compose(["material=sand"]).case
+    points = make_points(case, 9)
+    assert (points.read("deep") - case.material.rho).tolist() == [0.5, 0.5, 0.5, 0.5, 1.5, 0.5, 0.5, 0.5, 0.5]
+    assert set(points.read("mass")) == {case.material.rho} and set(points.read("volume")) == {1}
+    assert {*points.particles.shapes} == {*SHAPES, "deep", "broken"}
+
+
+@pytest.mark.parametrize(
+    ("asked", "instead", "message"),
+    [
+        (["path=shear", "steps=3"], "check", "--check has no path: leave out path, steps"),
+        (["path=shear"], "map", "--map has no path: leave out path$"),
+        (["path=MINE.CSV", "strain=0.1"], "", "path=MINE.CSV has its own strains"),
+    ],
+)
+def test_what_a_path_is_not_asked_for_is_refused(asked, instead, message):
+    options = Namespace(overrides=asked, check=instead == "check", map=instead == "map", out=None)
+    with pytest.raises(ConfigError, match=message):
+        verb.execute(options)
 
 
 @pytest.mark.slow

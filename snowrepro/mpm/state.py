@@ -49,6 +49,11 @@ PARTICLE_STATE = (
 )
 
 SHAPES = {quantity.name: quantity.shape for quantity in PARTICLE_STATE}
+# What Particles has beside the fields of its quantities, and so none of these may be called.
+ATTRIBUTES = (
+    "count", "lanes", "lane_groups", "blocks", "slots", "quantities", "shapes", "places", "columns", "history", "books",
+    "shares", "gathered", "read", "write", "write_all", "start",
+)  # fmt: skip
 
 
 def list_quantities(case: Case) -> tuple[Quantity, ...]:

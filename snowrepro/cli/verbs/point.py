@@ -66,16 +66,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(options: argparse.Namespace) -> ExitCode:
     """Draw a path or a map and write its table, or check the laws."""
     asked, overrides = _read_words(options.overrides)
+    for word, is_asked in (("--check", options.check), ("--map", options.map)):
+        if is_asked and asked:
+            raise ConfigError(f"{word} has no path: leave out {', '.join(asked)}")
     config = compose.compose(overrides)
     if options.check:
         return _check(config.case)
     path = _make_path(**asked)
-    if options.map and asked:
-        raise ConfigError(f"--map has no path: leave out {', '.join(asked)}")
     name = "sintering_map" if options.map else f"{config.case.material.law.name}-{path.name}"
     out = options.out or Path(config.question.reports, "point", f"{name}.png")
     plot.read_format(out)
-    if out.with_suffix(".csv").resolve() == Path(asked.get("name", "")).resolve():
+    if out.with_suffix(".csv").resolve() == Path(asked.get("path", "")).resolve():
         raise ConfigError(f"{out.with_suffix('.csv')} is the path itself: give the picture another name by --out")
     files.require_writable(out.parent)
     if options.map:
@@ -96,14 +97,13 @@ def _check(case: "Case") -> ExitCode:
     return finding.choose_exit_code(findings)
 
 
-def _make_path(**asked: Any) -> "point.Path":
+def _make_path(path: str = "compression", **asked: Any) -> "point.Path":
     """Make the path that was asked for by name, or read it.  Raises ConfigError."""
-    name = asked.get("name", "")
-    if Path(name).suffix != ".csv":
-        return point.make_path(**asked)
+    if Path(path).suffix.lower() != ".csv":
+        return point.make_path(path, **asked)
     if "strain" in asked:
-        raise ConfigError(f"path={name} has its own strains: leave out strain=")
-    return point.read_path(Path(name), **{key: value for key, value in asked.items() if key == "steps"})
+        raise ConfigError(f"path={path} has its own strains: leave out strain=")
+    return point.read_path(Path(path), **asked)
 
 
 def _write(out: Path, figure: "Figure", table: "pd.DataFrame") -> None:
@@ -125,7 +125,7 @@ def _read_words(words: Sequence[str]) -> tuple[dict[str, Any], list[str]]:
             overrides.append(word)
             continue
         try:
-            asked["name" if name == "path" else name] = WORDS[name](value)
+            asked[name] = WORDS[name](value)
         except ValueError as error:
             raise ConfigError(f"'{word}': {name} is a number") from error
     return asked, overrides
