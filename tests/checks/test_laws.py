@@ -1,8 +1,10 @@
 """The checks of a law: right laws pass, and each wrong one is told by the rule that it breaks."""
 
+import re
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
 import pytest
 
 from snowrepro.checks.finding import OK
@@ -14,11 +16,15 @@ from snowrepro.mpm import constants
 from snowrepro.physics import hencky
 
 
-@pytest.mark.parametrize("material", ["table1", "cam_clay", "sand"])
-def test_the_laws_of_this_program_pass(material):
-    findings = list(check_material(compose([f"material={material}"]).case))
+@pytest.mark.parametrize("words", ["material=table1", "material=cam_clay", "material=sand solver.precision=f32"])
+def test_the_laws_of_this_program_pass(words):
+    """Whatever the precision of a run is."""
+    findings = list(check_material(compose(words.split()).case))
     assert len(findings) == 6
     assert {finding.name: finding.measured for finding in findings if finding.state != OK} == {}
+
+
+SHELL = -0.05  # a logarithm of volume that points pass on their way
 
 
 @ti.data_oriented
@@ -49,11 +55,24 @@ class WrongMaterial(HenckyMaterial):
             tau *= 2.0
         elif ti.static(self.mistake == "nan"):
             tau /= 0.0 * lam
+        elif ti.static(self.mistake == "shell"):
+            if ti.abs(ti.log(F_E.determinant()) - SHELL) < 1e-3:
+                tau /= 0.0 * lam
+        elif ti.static(self.mistake == "skew shell"):
+            if ti.abs(ti.log(F_E.determinant()) - SHELL) < 1e-3:
+                tau[0, 1] += 0.1 * tau[0, 0]
+        elif ti.static(self.mistake == "far"):
+            tau += 20.0 * lam * ti.min(ti.log(F_E.determinant()) + 0.5, 0.0) * ti.Matrix([[1.0, 0.0], [0.0, 1.0]])
         return tau
 
     @ti.func
     def stiffness(self, F_E, tau, mu, lam):
-        return 0.5 * lam if ti.static(self.mistake == "stiffness") else hencky.stiffness(tau, mu, lam)
+        declared = hencky.stiffness(tau, mu, lam)
+        if ti.static(self.mistake == "stiffness"):
+            declared = 0.5 * lam
+        elif ti.static(self.mistake == "negative"):
+            declared = -lam
+        return declared
 
 
 @pytest.mark.parametrize(
@@ -65,6 +84,8 @@ class WrongMaterial(HenckyMaterial):
         ("energy", "no energy by plastic flow"),
         ("work", "no work out of nothing"),
         ("stiffness", "tangent stiffness"),
+        ("negative", "tangent stiffness"),
+        ("far", "tangent stiffness"),
         ("nan", "symmetric stress"),
         ("jump", "no jump of stress"),
     ],
@@ -74,3 +95,16 @@ def test_a_wrong_law_is_told_with_the_point(monkeypatch, mistake, rule):
     wrong = {finding.name: finding.note for finding in check_material(compose().case) if finding.state != OK}
     assert rule in wrong if rule else wrong == {}
     assert all("F_E = [" in note for note in wrong.values())
+
+
+@pytest.mark.parametrize("mistake", ["shell", "skew shell", "observer"])
+def test_the_point_is_shown_as_it_was_when_the_rule_broke(monkeypatch, mistake):
+    """On the way, not where it ends; and not as turned for another observer."""
+    monkeypatch.setattr(constants, "make_material", lambda case: WrongMaterial(mistake))
+    wrong = {finding.name: finding.note for finding in check_material(compose().case) if finding.state != OK}
+    note = wrong["no matter who looks" if mistake == "observer" else "symmetric stress"]
+    F_E = np.array(re.search(r"F_E = \[(.*?)\]", note)[1].split(", "), dtype=float).reshape(2, 2)
+    if mistake == "observer":
+        assert abs(np.arctan2(F_E[1, 0] - F_E[0, 1], F_E.trace())) < 0.5
+    else:
+        assert np.log(np.linalg.det(F_E)) == pytest.approx(SHELL, abs=0.01)

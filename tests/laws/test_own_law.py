@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import pytest
 
+from snowrepro import rules
 from snowrepro.compiler import COMPILERS, name_compiler, ti
 from snowrepro.composition.compose import compose, config_from
 from snowrepro.errors import ConfigError
@@ -240,7 +241,7 @@ def test_a_law_that_is_made_for_another_compiler_is_refused(monkeypatch):
 def test_a_run_with_a_law_that_breaks_a_rule_is_refused_with_the_point(mistake, rule):
     """Before its first frame."""
     frames = []
-    with pytest.raises(ConfigError, match=rf"material law 'Wrong' .* is refused: .*({rule}).* at F_E = \["):
+    with pytest.raises(ConfigError, match=rf"material law 'Wrong' .* is refused: .*({rule}).* F_E = \["):
         simulate(compose(TINY), frames.append, material=Wrong(mistake))
     assert frames == []
 
@@ -343,6 +344,29 @@ def test_code_that_fails_is_told_in_one_line(laws, message):
     with pytest.raises(ConfigError, match=message) as error:
         simulate(compose(TINY), **laws)
     assert "\n" not in str(error.value)
+
+
+def test_a_law_is_tried_again_where_its_points_are_others(monkeypatch):
+    """By density, reading or frames too; and once for what is the same."""
+    tried = []
+    monkeypatch.setattr(rules, "_lawful", set())
+    monkeypatch.setattr(rules, "try_material", lambda case: tried.append(case) or ())
+    law = pass_law("material", Wrong(""))
+    others = ("material.rho=120", "reading.plane=stress_zz_zero", "loading.frame_time=0.01")
+    for word in ("seed=0", "seed=7", *others, "seed=0"):
+        case = compose([*TINY, word]).case
+        material = case.material.model_copy(update={"law": law})
+        rules.require_lawful(case.model_copy(update={"material": material}))
+    assert len(tried) == 4
+
+
+def test_what_is_no_law_is_refused():
+    with pytest.raises(ConfigError, match="material: 3 is no law"):
+        simulate(compose(TINY), material=3)
+    with pytest.raises(ConfigError, match=r"material: .*Wrong.* is no law"):
+        simulate(compose(TINY), material=Wrong)
+    with pytest.raises(ConfigError, match="'make_nothing' has no STATE, relax, factor"):
+        simulate(compose(TINY), material=make_nothing)
 
 
 @pytest.mark.nightly
