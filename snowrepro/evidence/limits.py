@@ -3,6 +3,7 @@
 A sequence is one measure at one pressure as one of the two gets finer, with all else held.
 """
 
+import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -78,3 +79,16 @@ def compare_choices(descents: Sequence[Descent]) -> dict[Choice, Counter[Outcome
     run_with = Counter(descent.question for descent in descents if descent.trend.outcome != "not run")
     common = [descent for descent in descents if run_with[descent.question] == len(choices)]
     return {choice: count_outcomes([its for its in common if its.choice == choice]) for choice in choices}
+
+
+def measure_reach(descents: Sequence[Descent], choice: Choice, measure: str) -> float:
+    """Measure by how much a measure differs with one choice from that with the first, at most, where both were run.
+
+    NaN if they never were.
+    """
+    usual, own = (
+        {(its.question, level): value for its in descents if its.choice == each for level, value in its.trend.items()}
+        for each in (list_choices(descents)[0], choice)
+    )
+    differences = [abs(value - usual[key]) for key, value in own.items() if key in usual and key[0][3] == measure]
+    return max(filter(math.isfinite, differences), default=math.nan)

@@ -7,7 +7,7 @@ neither.
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from operator import attrgetter
 from typing import Any, Literal
@@ -51,6 +51,10 @@ class Trend:
     values: tuple[float, ...]
     spread: float = 0.0
     least: float = LEAST_STEP
+
+    def items(self) -> Iterator[tuple[float, float]]:
+        """Each level with its value."""
+        return zip(self.levels, self.values, strict=True)
 
     @property
     def steps(self) -> tuple[float, ...]:

@@ -9,7 +9,15 @@ import pytest
 
 from snowrepro.composition.compose import compose
 from snowrepro.evidence.gather import Evidence
-from snowrepro.evidence.limits import MEASURES, STEP, Descent, compare_choices, count_outcomes, list_descents
+from snowrepro.evidence.limits import (
+    MEASURES,
+    STEP,
+    Descent,
+    compare_choices,
+    count_outcomes,
+    list_descents,
+    measure_reach,
+)
 from snowrepro.evidence.refinement import SPACING
 from snowrepro.report.document import Table
 from snowrepro.report.figures import limits
@@ -111,7 +119,7 @@ def test_the_page_says_where_steps_shrink(runs, tmp_path):
 
 def test_no_choice_is_named_where_none_is_better(runs, tmp_path):
     content = limits.report(built(runs, lambda dx, cfl, is_soft: 0.5 - 0.1 / dx, tmp_path))
-    assert content.verdict.endswith("Of the 24 that were run with every choice, steps shrink in as many with each.")
+    assert "Of the 24 that were run with every choice, steps shrink in as many with each." in content.verdict
 
 
 def test_the_page_is_made_from_a_store(small_run, tmp_path):
@@ -140,3 +148,14 @@ def test_the_experiment_has_the_runs_that_can_be_paid_for():
     }
     assert (len(runs), len({run.id for run in runs}), len(sets)) == (99, 99, 3 * 3 * 2 * 2 - 3)
     assert [its[2:] for its in sets if its[:2] == (0.5, 0.1)] == [(None, 0.0)]
+
+
+def test_how_far_a_choice_reaches(runs, tmp_path):
+    """At the same cells and time step, where both were run: here 0.1 (dx + 1/dx), most at 2 and 0.5."""
+    descents = list_descents(built(runs, converge_when_soft, tmp_path))
+    assert measure_reach(descents, SOFT, "lump_fraction") == pytest.approx(0.25)
+    assert measure_reach(descents, PRINTED, "lump_fraction") == measure_reach(descents, SOFT, "flattening_end") == 0
+    never = list_descents(built(runs, lambda dx, cfl, is_soft: math.nan if is_soft else 0.5, tmp_path))
+    assert math.isnan(measure_reach(never, SOFT, "lump_fraction"))
+    said = limits.report(built(runs, converge_when_soft, tmp_path)).verdict
+    assert said.endswith("at the same cells and time step: 'cracks take the same energy on any grid' 0.250.")

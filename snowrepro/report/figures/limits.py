@@ -1,5 +1,6 @@
 """A figure with grid and time step finer and finer, and other choices: which measures have a limit."""
 
+import math
 from collections.abc import Sequence
 
 import pandas as pd
@@ -18,6 +19,7 @@ from ...evidence.limits import (
     count_outcomes,
     list_choices,
     list_descents,
+    measure_reach,
 )
 from ...evidence.refinement import LEAST_STEP, SPACING
 from ...text import make_cells
@@ -78,7 +80,14 @@ def _summarise(descents: Sequence[Descent]) -> str:
             f"{GETS_FINER[along]}, steps shrink in {counts['shrink']} of {run} sequences; in {counts['do not shrink']} "
             f"steps do not shrink, in {counts['none']} there are hardly any; {counts['not run']} were not run."
         )
-    return " ".join([*parts, _name_best_choice(descents)])
+    return " ".join([*parts, _name_best_choice(descents), _tell_reach(descents)])
+
+
+def _tell_reach(descents: Sequence[Descent]) -> str:
+    """Say by how much each other choice changes the mass in lumps, at most; nothing where none was run."""
+    reached = {choice: measure_reach(descents, choice, "lump_fraction") for choice in list_choices(descents)[1:]}
+    parts = [f"'{_describe(choice)}' {reach:.3f}" for choice, reach in reached.items() if not math.isnan(reach)]
+    return f"Most that these change lumps, at the same cells and time step: {', '.join(parts)}." if parts else ""
 
 
 def _name_best_choice(descents: Sequence[Descent]) -> str:
