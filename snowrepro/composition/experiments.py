@@ -1,7 +1,7 @@
 """The experiments that there are: what their files say of them, without composing a run."""
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -82,6 +82,32 @@ def all_variants(overrides: Sequence[str]) -> dict[str, dict[str, Any]]:
     for section in read_experiments().values():
         variants |= section.get("variants") or {}
     return variants | variants_of(overrides)
+
+
+def require_one_choice(variants: Mapping[str, Mapping[str, Any]], params: Collection[str]) -> None:
+    """Check that no variant chooses what its experiment's sweep chooses too, whose choice would win.
+
+    ``params``: the keys that the sweep gives values to.  Raises ConfigError.
+    """
+    for name, variant in variants.items():
+        both = sorted(set(_list_choices(variant)) & set(params))
+        if both:
+            raise ConfigError(
+                f"experiment.variants.{name}: {', '.join(both)} is chosen by hydra.sweeper.params too, which would "
+                "win: leave it out of one of them"
+            )
+
+
+def _list_choices(variant: Mapping[str, Any], prefix: str = "") -> Iterator[str]:
+    """List the keys that a variant gives values to, and the groups of which it chooses an option."""
+    for key, value in variant.items():
+        if key == "defaults" and not prefix:
+            groups = [str(group) for entry in value if isinstance(entry, Mapping) for group in entry]
+            yield from (group.partition("/")[2] for group in groups)  # "override /sintering"
+        elif isinstance(value, Mapping):
+            yield from _list_choices(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}"
 
 
 @functools.lru_cache(maxsize=256)

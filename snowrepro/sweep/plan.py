@@ -12,7 +12,7 @@ from omegaconf.errors import OmegaConfBaseException
 from pydantic import ValidationError
 
 from ..composition.compose import compose, compose_raw, config_loader, plain_settings
-from ..composition.experiments import read_experiments, variants_of
+from ..composition.experiments import read_experiments, require_one_choice, variants_of
 from ..composition.hydra_private import Override, make_parser
 from ..composition.messages import explain, one_message
 from ..composition.overrides import prepare_overrides, read_folder
@@ -66,7 +66,9 @@ def make_plan(overrides: Sequence[str], multirun: bool, part: tuple[int, int] | 
         planned = (Planned(Run(compose(fixed)), tuple(fixed)),)
         return Plan(planned[first - 1 :: step], False, tuple(overrides))
     # The sweeper reads its parameters first, then the command line, which wins.
-    axes = {**_every_variant(overrides), **(hydra.sweeper.params or {})}
+    own = hydra.sweeper.params or {}
+    require_one_choice(variants_of(overrides), own)
+    axes = {**_every_variant(overrides), **own}
     params = [f"{key}={value}" for key, value in axes.items()]
     parsed = parse_overrides([*params, *overrides])
     last = _list_last(parsed)

@@ -7,6 +7,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, ScalarFormatter
 
 from ...evidence.gather import Evidence
 from ...evidence.limits import (
@@ -78,9 +79,9 @@ def _summarise(descents: Sequence[Descent]) -> str:
         run = counts.total() - counts["not run"]
         parts.append(
             f"{GETS_FINER[along]}, steps shrink in {counts['shrink']} of {run} sequences; in {counts['do not shrink']} "
-            f"steps do not shrink, in {counts['none']} there are hardly any; {counts['not run']} were not run."
+            f"they do not, or hardly; in {counts['none']} there are hardly any; {counts['not run']} were not run."
         )
-    return " ".join([*parts, _name_best_choice(descents), _tell_reach(descents)])
+    return " ".join([*parts, _count_by_choice(descents), _tell_reach(descents)])
 
 
 def _tell_reach(descents: Sequence[Descent]) -> str:
@@ -90,19 +91,14 @@ def _tell_reach(descents: Sequence[Descent]) -> str:
     return f"Most that these change lumps, at the same cells and time step: {', '.join(parts)}." if parts else ""
 
 
-def _name_best_choice(descents: Sequence[Descent]) -> str:
-    """Say with which choice most sequences have steps that shrink, of those that were run with every choice."""
+def _count_by_choice(descents: Sequence[Descent]) -> str:
+    """Say how many sequences have steps that shrink with each choice, of those that were run with every choice."""
     compared = compare_choices(descents)
-    shrink = {choice: counts["shrink"] for choice, counts in compared.items()}
     of = next(iter(compared.values())).total()
-    best = [choice for choice, count in shrink.items() if count == max(shrink.values())]
     if not of:
         return "No sequence was run with every choice."
-    if len(best) == len(compared):
-        return f"Of the {of} that were run with every choice, steps shrink in as many with each."
-    counted = "; ".join(f"{_describe(choice)}: {count}" for choice, count in shrink.items())
-    names = " or ".join(f"'{_describe(choice)}'" for choice in best)
-    return f"Of the {of} that were run with every choice, steps shrink most often with {names} ({counted})."
+    counted = "; ".join(f"{_describe(choice)}: {counts['shrink']}" for choice, counts in compared.items())
+    return f"Of the {of} that were run with every choice, steps shrink in so many ({counted})."
 
 
 def _describe(choice: Choice) -> str:
@@ -169,7 +165,7 @@ def _make_picture(evidence: Evidence) -> Picture:
         "Over the width of a cell [paper's cells], finer to the right: a row for each measure, a column for each "
         f"pressure [{evidence.pressure_unit}]. A colour for each time step (CFL number), a line style for each set of "
         "choices. Where a measure has a limit, lines get level to the right, and colours meet. A point that is missing "
-        "was not run. Hardening has its own scale in each panel.",
+        "was not run; lines that coincide hide each other. Hardening has a logarithmic scale of its own in each.",
         data="limits.csv",
         narrow="limits-narrow.png",
     )
@@ -195,6 +191,8 @@ def draw_descents(descents: Sequence[Descent], evidence: Evidence, name: str, wi
         colour = COLOURS[steps.index(its.held) % len(COLOURS)]
         ax = axes[list(MEASURES).index(its.measure), pressures.index(its.pressure)]
         ax.plot(its.trend.levels, its.trend.values, marker + line, color=colour, ms=4, lw=1, mfc="none")
+    for ax in axes[list(MEASURES).index(OWN_SCALE)]:
+        _set_log_scale(ax)
     for column, pressure in enumerate(pressures):
         set_axis_of_spacing(axes[-1, column], "", own[0].trend.levels)
         axes[-1, column].set_xlabel("width of a cell", fontsize=font)
@@ -208,6 +206,15 @@ def draw_descents(descents: Sequence[Descent], evidence: Evidence, name: str, wi
     )
     figure.align_ylabels(axes[:, 0])
     save_figure(figure, evidence.folder / name)
+
+
+def _set_log_scale(ax: Axes) -> None:
+    """Set a logarithmic scale with numbers that are read at a glance, also where all values are close."""
+    ax.set_yscale("log")
+    low, high = ax.get_ylim()
+    ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)) if high > 5 * low else MaxNLocator(4))
+    ax.yaxis.set_major_formatter(ScalarFormatter())
+    ax.yaxis.set_minor_formatter(NullFormatter())
 
 
 def _share_scale(row: Sequence[Axes]) -> None:
