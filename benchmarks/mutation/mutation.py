@@ -13,8 +13,8 @@ it takes to start.  So nothing here may import the program.
 """
 
 import argparse
-import difflib
 import importlib
+import itertools
 import json
 import os
 import random
@@ -314,10 +314,11 @@ def describe_outcome(mutant: Drawn, trials: Mapping[str, Trial]) -> str:
 
 def describe_change(mutant: Drawn) -> list[str]:
     """The lines that differ, before and after."""
-    lines = list(difflib.ndiff(mutant.old.splitlines(), mutant.new.splitlines()))
+    old, new = mutant.old.splitlines(), mutant.new.splitlines()
+    differing = [pair for pair in itertools.zip_longest(old, new, fillvalue="") if pair[0] != pair[1]]
     return [
-        "<br>".join("`" + line[2:].strip().replace("|", "\\|") + "`" for line in lines if line.startswith(sign))
-        for sign in ("- ", "+ ")
+        "<br>".join("`" + line.strip().replace("|", "\\|") + "`" for line in lines if line)
+        for lines in zip(*differing, strict=True)
     ]
 
 
