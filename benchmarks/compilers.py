@@ -26,8 +26,8 @@ RESULTS = Path(__file__).with_name("compilers.md")
 SPLINES = ("cubic", "quadratic")
 NAMES = [name for name in COMPILERS if find_spec(name)]
 RATES = [BenchmarkCase("snowrepro", spline, in_full=True, compiler=name) for spline in SPLINES for name in NAMES]
-# A run of one frame: what it takes beside is imports and kernels.
-START = "import snowrepro; snowrepro.simulate(snowrepro.compose(['loading.press_frames=0', 'loading.frames=1']))"
+# A run of two frames: what it takes beside is imports and kernels.
+START = "import snowrepro; snowrepro.simulate(snowrepro.compose(['loading.press_frames=1', 'loading.frames=2']))"
 
 
 def main() -> None:
