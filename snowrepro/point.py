@@ -76,7 +76,7 @@ def read_path(file: Place, steps: int = 400) -> Path:
     lengths = np.linalg.norm(legs, axis=(1, 2))
     if not 1 <= steps <= MOST_STEPS:
         raise ConfigError(f"a path has 1 to {MOST_STEPS:,} steps")
-    if not 0 < lengths.sum() <= MOST_STRAIN * len(legs):
+    if not (lengths.any() and lengths.max() <= MOST_STRAIN):
         raise ConfigError(f"{file}: its strains differ from row to row by 0, or by more than {MOST_STRAIN:g}")
     counts = np.maximum(np.ceil(steps * lengths / lengths.sum()).astype(int), 1)
     parts = np.repeat(legs / counts[:, None, None], counts, axis=0)

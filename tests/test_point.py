@@ -75,7 +75,8 @@ def test_a_table_of_strains_is_followed(tmp_path):
      ("xx,yy,xy,yy\n0,0,0,0\n1,0,0,1\n", "yy 2 times"), ("xx,yy,xy\n0,0,0,9\n1,0,0,9\n", "row 1 has 4 values, for 3"),
      ("xx,yy,xy\n0,0,0\n1,0\n", "row 2 has 2 values"), ("xx,yy,xy\n0,0,0\n", "it has 1 rows"),
      ("xx,yy,xy\n0,0,0\n0,much,0\n", "row 2 has something else"), ("xx,yy,xy\n0,0,0\n0,inf,0\n", "row 2"),
-     ("xx,yy,xy\n0,0,0\n0,0,0\n", "from row to row by 0"), ("xx,yy,xy\n0,0,0\n0,9,0\n", "more than 5")],
+     ("xx,yy,xy\n0,0,0\n0,0,0\n", "from row to row by 0"), ("xx,yy,xy\n0,0,0\n0,9,0\n", "more than 5"),
+     ("xx,yy,xy\n0,0,0\n0,9,0\n0,9,0\n", "more than 5")],
 )  # fmt: skip
 def test_a_wrong_table_is_refused(text, message, tmp_path):
     file = tmp_path / "strains.csv"

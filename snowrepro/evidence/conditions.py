@@ -23,13 +23,25 @@ class Condition:
     evidence: Evidence
 
 
+@dataclass(frozen=True)
+class Standing:
+    """Under which conditions a claim is reproduced (``holding``), is not (``against``), and could not be judged."""
+
+    holding: Sequence[Condition]
+    against: Sequence[Condition]
+    unjudged: Sequence[Condition]
+
+
 def split_conditions(evidence: Evidence) -> list[Condition]:
-    """Split runs by the settings in which they differ but for scene, sintering, pressure and seed; in their order."""
+    """Split runs by the settings in which they differ but for scene, sintering, pressure and seed; in their order.
+
+    Where they differ in nothing else there is one condition, without values.
+    """
     sweep = evidence.sweep
     names = [name for name in sweep.varied if name not in NO_CONDITIONS]
     groups: dict[tuple, list[int]] = {}
-    for row, values in enumerate(sweep.table[names].itertuples(index=False, name=None)):
-        groups.setdefault(values, []).append(row)
+    for number, row in enumerate(sweep.table.to_dict("records")):
+        groups.setdefault(tuple(row[name] for name in names), []).append(number)
     return [
         Condition(dict(zip(names, values, strict=True)), _select_runs(evidence, sweep, rows, is_first=not number))
         for number, (values, rows) in enumerate(groups.items())
@@ -46,20 +58,25 @@ def _select_runs(evidence: Evidence, sweep: CollectedSweep, rows: Sequence[int],
     return replace(evidence, experiment=experiment, runs=runs, table=table)
 
 
-def find_where_claims_hold(conditions: Sequence[Condition]) -> dict[str, dict[str, list[Condition]]]:
-    """Find by scene and claim the conditions under which the claim is reproduced; no claim that none has runs for.
+def find_where_claims_hold(conditions: Sequence[Condition]) -> dict[str, dict[str, Standing]]:
+    """Find by scene and claim how the claim stands; no claim that could be judged under no condition.
 
     A claim that holds by calibration under a condition has a star behind its name.
     """
-    found: dict[str, dict[str, list[Condition]]] = {}
+    standings: dict[str, dict[str, Standing]] = {}
     for number, scene in enumerate(conditions[0].evidence.scenes):
         for place, first in enumerate(scene.verdicts):
             verdicts = [each.evidence.scenes[number].verdicts[place] for each in conditions]
-            if any(verdict.agrees is not None for verdict in verdicts):
-                holding = [verdict.word == REPRODUCED for verdict in verdicts]
-                is_chosen = any(verdict.calibrated and holds for verdict, holds in zip(verdicts, holding, strict=True))
-                found.setdefault(scene.name, {})[first.claim + "*" * is_chosen] = list(compress(conditions, holding))
-    return found
+            holds = [verdict.word == REPRODUCED for verdict in verdicts]
+            is_unjudged = [verdict.agrees is None for verdict in verdicts]
+            is_against = [not (one or other) for one, other in zip(holds, is_unjudged, strict=True)]
+            if all(is_unjudged):
+                continue
+            is_chosen = any(verdict.calibrated for verdict in compress(verdicts, holds))
+            standings.setdefault(scene.name, {})[first.claim + "*" * is_chosen] = Standing(
+                *(list(compress(conditions, chosen)) for chosen in (holds, is_against, is_unjudged))
+            )
+    return standings
 
 
 def is_mostly_settled(condition: Condition) -> bool:
@@ -70,5 +87,5 @@ def is_mostly_settled(condition: Condition) -> bool:
 
 def list_arms(conditions: Sequence[Condition]) -> list[str]:
     """List the arms that were asked for: sintered, unsintered."""
-    asked = {run.case.arm for condition in conditions for run in condition.evidence.runs}
-    return [arm for arm in ARMS if arm in asked]
+    arms = {run.case.arm for condition in conditions for run in condition.evidence.runs}
+    return [arm for arm in ARMS if arm in arms]

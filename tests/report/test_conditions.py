@@ -49,7 +49,9 @@ def test_runs_are_split_by_material_alone(evidence):
 def test_the_report_says_which_claims_hold_with_which(evidence):
     """In a sentence, in a table with a row for each material, and in numbers; a panel without a result says so."""
     content = figure.report(evidence)
-    assert content.verdict.startswith("Ball on L: reproduced ") and "with table1 alone: C1*, C3*" in content.verdict
+    assert content.verdict.startswith("Ball on L: reproduced ") and "with table1 alone: C1* and C3*;" in content.verdict
+    assert "under every condition (not judged with sand): C5*" in content.verdict
+    assert "under none (not judged with sand): " in content.verdict  # one of its runs is missing
     assert " (* with table1 by calibration, no test.)" in content.verdict
     content = figure.report(replace(evidence, table=evidence.table.assign(settled=1.0)))
     assert "not settled" not in content.verdict
@@ -69,3 +71,14 @@ def test_the_report_says_which_claims_hold_with_which(evidence):
     pictures = [block.file for block in content.blocks if isinstance(block, Picture)]
     assert pictures == ["conditions.png", "ends-ball-L.png"]
     assert all((evidence.folder / file).stat().st_size > 5000 for file in pictures)
+
+
+def test_one_condition_alone_is_a_report_too(evidence):
+    """Where nothing but scene, sintering, pressure and seed varies."""
+    plan = make_plan([*ASKED, "material=table1", f"store={evidence.folder}/runs"], multirun=True)
+    gathered = gather_evidence(plan.runs, evidence.folder, plan=plan)
+    alone = replace(evidence, runs=gathered.runs, table=gathered.table, missing=gathered.missing, plan=plan)
+    (condition,) = split_conditions(alone)
+    assert condition.values == {} and len(condition.evidence.runs) == 8
+    content = figure.report(alone)
+    assert content.verdict.startswith("Ball on L: reproduced under every condition: ")

@@ -11,20 +11,21 @@ from ...evidence.ablation import STATES
 from ...evidence.claims import ARMS, JudgedScene, select_arm
 from ...evidence.conditions import (
     Condition,
+    Standing,
     find_where_claims_hold,
     is_mostly_settled,
     list_arms,
     split_conditions,
 )
-from ...evidence.gather import Evidence
+from ...evidence.gather import Evidence, sort_as_in_paper
 from ...quantities import add_unit
 from ...store.run import Run
 from ...text import make_cells
 from ..document import NO_RESULT, Block, FigureContent, Heading, Picture, Table, escape, format_code, join_names
 from ..drawing.columns import escape_label, format_value, is_number
-from ..drawing.common import SINTERED, choose_font, get_panel_size, save_figure
-from ..drawing.ends import draw_end
-from ..drawing.states import CRUSHED, FOOT, LOOSE, add_state_legend
+from ..drawing.common import SINTERED, choose_font, save_figure
+from ..drawing.ends import draw_ends
+from ..drawing.states import CRUSHED, LOOSE
 from ..sections.claims import P50, SHORT, tabulate_by_scene
 from .kinds import FigureKind
 
@@ -76,6 +77,8 @@ def _list_rows(conditions: Sequence[Condition]) -> Iterator[dict[str, object]]:
 
 def name_condition(condition: Condition) -> str:
     """Name a condition by the values of its settings: "cam_clay"; numbers with what they are: "temperature 263.15"."""
+    if not condition.values:
+        return "all runs"
     sweep = condition.evidence.sweep
     return ", ".join(
         f"{sweep.key_of(name).rpartition('.')[2]} {format_value(value)}" if is_number(sweep, name) else str(value)
@@ -88,11 +91,13 @@ def _tabulate_claims(condition: Condition) -> pd.DataFrame:
     evidence = condition.evidence
     heads = {evidence.sweep.key_of(name): format_value(value) for name, value in condition.values.items()}
     rows = tabulate_by_scene(evidence, SHORT).to_dict("records")
-    return pd.DataFrame([{**heads, **row, **_tell_rest(s.table)} for row, s in zip(rows, evidence.scenes, strict=True)])
+    return pd.DataFrame(
+        [{**heads, **row, **_describe_rest(s.table)} for row, s in zip(rows, evidence.scenes, strict=True)]
+    )
 
 
-def _tell_rest(table: pd.DataFrame) -> dict[str, str]:
-    """Tell in how many runs the snow settled, and how far it sprang back from the floor."""
+def _describe_rest(table: pd.DataFrame) -> dict[str, str]:
+    """Describe in how many runs the snow settled, and how far it sprang back from the floor."""
     if table.empty:
         return {"settled": "-", "rebound": "-"}
     settled, rebound = table["settled"].astype(float), table["rebound"].astype(float)
@@ -104,11 +109,11 @@ def _summarise(conditions: Sequence[Condition]) -> str:
     sentences = []
     for scene, claims in find_where_claims_hold(conditions).items():
         groups: dict[str, list[str]] = {}
-        for claim, holding in claims.items():
-            groups.setdefault(_describe_where(holding, conditions), []).append(claim)
+        for claim, standing in claims.items():
+            groups.setdefault(_describe_where(standing), []).append(claim)
         parts = [f"{where}: {join_names(names, 'and')}" for where, names in groups.items()]
         sentences.append(f"{scene[0].upper()}{scene[1:]}: reproduced {'; '.join(parts)}.")
-    sentences += [_tell_lumps(number, conditions) for number in range(len(conditions[0].evidence.scenes))]
+    sentences += [_describe_lumps(number, conditions) for number in range(len(conditions[0].evidence.scenes))]
     if any("*" in sentence for sentence in sentences):
         sentences.append(f"(* with {name_condition(conditions[0])} by calibration, no test.)")
     restless = [name_condition(each) for each in conditions if not is_mostly_settled(each)]
@@ -117,8 +122,8 @@ def _summarise(conditions: Sequence[Condition]) -> str:
     return " ".join(filter(None, sentences))
 
 
-def _tell_lumps(number: int, conditions: Sequence[Condition]) -> str:
-    """Tell how much of the snow of a scene is in lumps under each condition, at the highest pressure with sintering."""
+def _describe_lumps(number: int, conditions: Sequence[Condition]) -> str:
+    """Describe the mass in lumps of a scene under each condition, at the highest pressure with sintering."""
     highest = max(run.case.pressure for run in conditions[0].evidence.runs)
     scenes = [condition.evidence.scenes[number] for condition in conditions]
     lumps = [select_arm(scene.table, ARMS[0], STATES[0]).mean().get(highest, math.nan) for scene in scenes]
@@ -130,11 +135,17 @@ def _tell_lumps(number: int, conditions: Sequence[Condition]) -> str:
     return f"In lumps at {highest:g} with sintering, {scenes[0].name}: {join_names(known, 'and')}." if known else ""
 
 
-def _describe_where(holding: Sequence[Condition], conditions: Sequence[Condition]) -> str:
-    """Describe under which of all conditions something holds."""
-    if len(holding) in (0, len(conditions)):
-        return "under every condition" if holding else "under none"
-    return f"with {join_names([name_condition(each) for each in holding], 'and')} alone"
+def _describe_where(standing: Standing) -> str:
+    """Describe under which conditions a claim is reproduced, and under which it could not be judged."""
+    holding, against, unjudged = standing.holding, standing.against, standing.unjudged
+    if not holding:
+        where = "under none"
+    elif against:
+        where = f"with {join_names([name_condition(each) for each in holding], 'and')} alone"
+    else:
+        where = "under every condition"
+    names = join_names([name_condition(each) for each in unjudged], "and")
+    return f"{where} (not judged with {names})" if unjudged else where
 
 
 def draw_curves(conditions: Sequence[Condition], evidence: Evidence) -> None:
@@ -178,28 +189,15 @@ def _draw_states(ax: Axes, scene: JudgedScene, arms: Sequence[str]) -> None:
 
 def _draw_ends(conditions: Sequence[Condition], shape: str, floor: str, evidence: Evidence) -> Picture:
     """Draw the last frames on one scene: a row for each condition, a column for each arm and pressure."""
-    shown = [
-        [run for run in each.evidence.first_seed_runs if (run.case.shape.name, run.case.floor.name) == (shape, floor)]
-        for each in conditions
-    ]
-    columns = sorted({(run.case.arm, run.case.pressure) for runs in shown for run in runs})
-    width, height = get_panel_size(shown[0][0])
-    size = (PANEL * len(columns) + 0.4, PANEL * height / width * len(conditions) + 0.5 + FOOT)
-    letters = choose_font(size[0])
-    figure = Figure(figsize=size, layout="constrained")
-    grid = figure.subplots(len(conditions), len(columns), squeeze=False)
-    for ax in grid.flat:
-        ax.set(xticks=[], yticks=[])
-    for row, runs in zip(grid, shown, strict=True):
-        for run in runs:
-            draw_end(row[columns.index(_cell_of(run))], run, evidence.is_done(run), PANEL)
-    for (arm, pressure), ax in zip(columns, grid[0], strict=True):
-        ax.set_title(f"{pressure:g}\n{arm}", fontsize=letters)
-    for condition, ax in zip(conditions, grid[:, 0], strict=True):
-        ax.set_ylabel(escape_label(name_condition(condition)), fontsize=letters)
-    add_state_legend(figure, letters, loc="outside lower center")
+    shown = {
+        (escape_label(name_condition(condition)), _name_cell(run)): run
+        for condition in conditions
+        for run in sort_as_in_paper(condition.evidence.first_seed_runs)
+        if (run.case.shape.name, run.case.floor.name) == (shape, floor)
+    }
+    rows, columns = (list(dict.fromkeys(names)) for names in zip(*shown, strict=True))
     file = f"ends-{shape}-{floor}.png"
-    save_figure(figure, evidence.folder / file)
+    draw_ends(shown, rows, columns, evidence.is_done, PANEL, evidence.folder / file)
     return Picture(
         file,
         f"Last frames of {shape} on {floor}: a row for each condition, a column for each pressure.",
@@ -209,9 +207,9 @@ def _draw_ends(conditions: Sequence[Condition], shape: str, floor: str, evidence
     )
 
 
-def _cell_of(run: Run) -> tuple[str, float]:
-    """Return arm and pressure of a run."""
-    return run.case.arm, run.case.pressure
+def _name_cell(run: Run) -> str:
+    """Name a run by its pressure and arm."""
+    return f"{run.case.pressure:g}\n{run.case.arm}"
 
 
 FIGURE = FigureKind(report)

@@ -12,13 +12,11 @@ from matplotlib.image import AxesImage
 from ...evidence.claims import ARMS, JudgedScene, ShapeCount, Verdict, select_arm
 from ...evidence.gather import Evidence
 from ...settings.question import Claims
-from ...store.run import Run
 from ...summary.row import ARM
 from ...text import make_cells
 from ..document import Block, FigureContent, Heading, Picture, Table, escape
-from ..drawing.common import choose_font, get_panel_size, save_figure
-from ..drawing.ends import draw_end
-from ..drawing.states import FOOT, add_state_legend
+from ..drawing.common import choose_font, save_figure
+from ..drawing.ends import draw_ends
 from ..sections import claims as claims_section
 from ..sections.response import list_disagreements
 from .kinds import FigureKind
@@ -119,7 +117,8 @@ def _draw_sheets(evidence: Evidence) -> list[Picture]:
             if not chosen:
                 continue
             name = f"{arm}-{pressure:g}.png"
-            _draw_sheet(chosen, evidence, name)
+            shown = {(run.case.shape.name, run.case.floor.name): run for run in chosen}
+            draw_ends(shown, *_list_shapes_and_floors(evidence), evidence.is_done, PANEL, evidence.folder / name)
             picture = Picture(
                 name,
                 f"Last frame of every {arm} scene at pressure {pressure:g}: a row a shape, a column a floor.",
@@ -129,31 +128,6 @@ def _draw_sheets(evidence: Evidence) -> list[Picture]:
             )
             pictures.append(picture)
     return pictures
-
-
-def _draw_sheet(runs: Sequence[Run], evidence: Evidence, name: str) -> None:
-    """Draw the last frames of ``runs`` by what became of the snow: a row for each shape, a column for each floor.
-
-    The highest scene of a row sets its height.
-    """
-    shapes, floors = _list_shapes_and_floors(evidence)
-    heights = [
-        max(get_panel_size(run)[1] / get_panel_size(run)[0] for run in runs if run.case.shape.name == shape)
-        for shape in shapes
-    ]
-    size = (PANEL * len(floors) + 0.4, PANEL * sum(heights) + 0.4 + FOOT)
-    figure = Figure(figsize=size, layout="constrained")
-    grid = figure.subplots(len(shapes), len(floors), squeeze=False, gridspec_kw={"height_ratios": heights})
-    for run in runs:
-        ax = grid[shapes.index(run.case.shape.name), floors.index(run.case.floor.name)]
-        draw_end(ax, run, evidence.is_done(run), PANEL)
-        ax.set_ylim(0, heights[shapes.index(run.case.shape.name)] * get_panel_size(run)[0])
-    for floor, ax in zip(floors, grid[0], strict=True):
-        ax.set_title(floor, fontsize=choose_font(size[0]))
-    for shape, ax in zip(shapes, grid[:, 0], strict=True):
-        ax.set_ylabel(shape, fontsize=choose_font(size[0]))
-    add_state_legend(figure, choose_font(size[0]), loc="outside lower center")
-    save_figure(figure, evidence.folder / name)
 
 
 def _list_shapes_and_floors(evidence: Evidence) -> tuple[list[str], list[str]]:

@@ -81,10 +81,10 @@ def _summarise(descents: Sequence[Descent]) -> str:
             f"{GETS_FINER[along]}, steps shrink in {counts['shrink']} of {run} sequences; in {counts['do not shrink']} "
             f"they do not, or hardly; in {counts['none']} there are hardly any; {counts['not run']} were not run."
         )
-    return " ".join([*parts, _count_by_choice(descents), _tell_reach(descents)])
+    return " ".join([*parts, _count_by_choice(descents), _describe_reach(descents)])
 
 
-def _tell_reach(descents: Sequence[Descent]) -> str:
+def _describe_reach(descents: Sequence[Descent]) -> str:
     """Say by how much each other choice changes the mass in lumps, at most; nothing where none was run."""
     reached = {choice: measure_reach(descents, choice, "lump_fraction") for choice in list_choices(descents)[1:]}
     parts = [f"'{_describe(choice)}' {reach:.3f}" for choice, reach in reached.items() if not math.isnan(reach)]

@@ -15,9 +15,8 @@ from ...settings.case import ARMS
 from ...store.run import Run
 from ...text import make_cells
 from ..document import NO_RESULT, Block, FigureContent, Picture, Table, escape
-from ..drawing.common import choose_font, get_panel_size, save_figure
-from ..drawing.ends import draw_end
-from ..drawing.states import FOOT, add_state_legend
+from ..drawing.common import save_figure
+from ..drawing.ends import draw_ends
 from ..sections.claims import format_half_pressure
 from ..sections.variants import read_words
 from .kinds import FigureKind
@@ -38,7 +37,7 @@ def report(evidence: Evidence) -> FigureContent:
         evidence.folder / "refinement.csv", index=False, float_format="%.6g", lineterminator="\n"
     )
     draw_trends(choices[0], evidence)
-    draw_ends(evidence)
+    _draw_ends(evidence)
     shown = pd.DataFrame([_make_shown_row(choice, *key) for choice in choices for key in choice.trends])
     halves = pd.DataFrame([_make_half_row(choice) for choice in choices])
     blocks: list[Block] = [
@@ -197,26 +196,19 @@ def _make_picture_of_ends(evidence: Evidence) -> Picture:
     )
 
 
-def draw_ends(evidence: Evidence) -> None:
+def _draw_ends(evidence: Evidence) -> None:
     """Draw the snow at the end of the runs without other choices: a row a pressure, a column a grid."""
-    grids = _list_grids(evidence)
-    chosen = _choose_shown(evidence)
-    names = list(dict.fromkeys((run.case.arm, run.case.pressure) for run in chosen))
-    width, height = get_panel_size(chosen[0])
-    size = (PANEL * len(grids) + 1.1, PANEL * height / width * len(names) + 0.4 + FOOT)
-    figure = Figure(figsize=size, layout="constrained")
-    axes = figure.subplots(len(names), len(grids), squeeze=False)
-    for ax in axes.flat:
-        ax.set(xticks=[], yticks=[])
-    for run in chosen:
-        ax = axes[names.index((run.case.arm, run.case.pressure)), grids.index(run.case.fidelity.dx)]
-        draw_end(ax, run, evidence.is_done(run), PANEL)
-    for dx, ax in zip(grids, axes[0], strict=True):
-        ax.set_title(f"cells of {dx:g}", fontsize=choose_font(size[0]))
-    for (arm, pressure), ax in zip(names, axes[:, 0], strict=True):
-        ax.set_ylabel(f"{pressure:g}\n{arm}", fontsize=choose_font(size[0]))
-    add_state_legend(figure, choose_font(size[0]), loc="outside lower center")
-    save_figure(figure, evidence.folder / "ends.png")
+    shown = {
+        (f"{run.case.pressure:g}\n{run.case.arm}", _name_grid(run.case.fidelity.dx)): run
+        for run in _choose_shown(evidence)
+    }
+    rows, columns = list(dict.fromkeys(row for row, _ in shown)), [_name_grid(dx) for dx in _list_grids(evidence)]
+    draw_ends(shown, rows, columns, evidence.is_done, PANEL, evidence.folder / "ends.png")
+
+
+def _name_grid(dx: float) -> str:
+    """Name a grid by the width of its cells."""
+    return f"cells of {dx:g}"
 
 
 def _choose_shown(evidence: Evidence) -> list[Run]:
