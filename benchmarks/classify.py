@@ -6,7 +6,6 @@ The body is the star of the paper, pulled apart and crushed over time by a made-
 --quick: one round of a small body.  --write: also to benchmarks/classify.md.
 """
 
-import argparse
 import tempfile
 import time
 from collections.abc import Callable
@@ -15,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from scipy.spatial import cKDTree
-from tables import describe_machine, format_spread, format_table
+from tables import describe_machine, format_spread, format_table, read_options
 
 import snowrepro
 from snowrepro.analysis.lumps import make_bond_variables
@@ -37,17 +36,10 @@ WHAT_IS_DONE = (
 
 def main() -> None:
     """Time all cases in turns and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--quick", action="store_true", help="one round of a small body")
-    parser.add_argument("--write", action="store_true", help=f"write {RESULTS.name} too")
-    options = parser.parse_args()
+    options = read_options(__doc__, RESULTS, 3, "one round of a small body")
     with tempfile.TemporaryDirectory() as folder:
         cases = prepare_cases(Path(folder), options.quick)
-        rounds = [
-            {name: time_case(case) for name, case in cases.items()}
-            for _ in range(1 if options.quick else options.rounds)
-        ]
+        rounds = [{name: time_case(case) for name, case in cases.items()} for _ in range(options.rounds)]
     text = report_times(rounds)
     if options.write:
         RESULTS.write_text(text, encoding="utf-8")

@@ -7,7 +7,6 @@ the least of all rounds counts: what others on the machine do can only add to it
 the work.  --write: also to benchmarks/compilers.md.
 """
 
-import argparse
 import os
 import resource
 import subprocess
@@ -18,7 +17,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from cases import BenchmarkCase, Measurement, measure_together
-from tables import describe_machine, format_spread, format_table
+from tables import describe_machine, format_spread, format_table, read_options
 
 from snowrepro.compiler import COMPILERS, VARIABLE
 
@@ -32,13 +31,9 @@ START = "import snowrepro; snowrepro.simulate(snowrepro.compose(['loading.press_
 
 def main() -> None:
     """Run all rounds and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--quick", action="store_true", help="one round with a tenth of the work")
-    parser.add_argument("--write", action="store_true", help=f"write {RESULTS.name} too")
-    options = parser.parse_args()
+    options = read_options(__doc__, RESULTS)
     rates, starts = [], []
-    for number in range(1 if options.quick else options.rounds):
+    for number in range(options.rounds):
         print(f"round {number + 1}", file=sys.stderr)
         tasks = {case: case.shorten() if options.quick else case for case in RATES}
         rates.append({case: measure_together([task])[0] for case, task in tasks.items()})

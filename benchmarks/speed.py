@@ -6,7 +6,6 @@ The rounds interleave all cases, each in a fresh process on one thread, so that 
 whose speed drifts.  --quick: one round with a tenth of the work.  --write: also to benchmarks/results.md.
 """
 
-import argparse
 import sys
 from pathlib import Path
 
@@ -40,12 +39,8 @@ RESULTS = Path(__file__).with_name("results.md")
 
 def main() -> None:
     """Run all rounds and print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--quick", action="store_true", help="one round with a tenth of the work")
-    parser.add_argument("--write", action="store_true", help=f"write {RESULTS.name} too")
-    options = parser.parse_args()
-    rounds = 1 if options.quick else options.rounds
+    options = tables.read_options(__doc__, RESULTS)
+    rounds = options.rounds
     singles, pairs = [], []
     for number in range(1, rounds + 1):
         print(f"round {number} of {rounds}", file=sys.stderr)

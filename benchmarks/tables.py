@@ -1,5 +1,6 @@
 """From measurements to tables in Markdown."""
 
+import argparse
 import importlib.metadata
 import os
 import platform
@@ -9,7 +10,19 @@ from pathlib import Path
 
 from cases import BenchmarkCase, Measurement
 
+QUICK = "one round with a tenth of the work"
 Round = Mapping[BenchmarkCase, Measurement]
+
+
+def read_options(about: str, results: Path, rounds: int = 5, quick: str = QUICK) -> argparse.Namespace:
+    """Read the options that benchmarks in rounds share: ``rounds`` (1 with ``quick``), ``quick`` and ``write``."""
+    parser = argparse.ArgumentParser(description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rounds", type=int, default=rounds)
+    parser.add_argument("--quick", action="store_true", help=quick)
+    parser.add_argument("--write", action="store_true", help=f"write {results.name} too")
+    options = parser.parse_args()
+    options.rounds = 1 if options.quick else options.rounds
+    return options
 
 
 def tabulate_codes(rounds: Sequence[Round], cases: Sequence[BenchmarkCase]) -> list[str]:
