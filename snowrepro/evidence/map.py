@@ -3,28 +3,22 @@
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
 import pandas as pd
 
 from ..composition.compose import compose
-from ..settings.case import ARMS
-from ..settings.question import Claim, Claims
 from ..store import states
 from ..summary.scales import measure_scales
 from .calibration import Crossing, bracket_half
-from .claims import ARMS_OF, check_agreement
+from .choices import CHOICE
 from .collect import CollectedSweep
 
 STATES = ("lump_fraction", "crushed_fraction", "loose_fraction")
 LUMPS = STATES[0]
 IMPACT, PRESS = "impact_number", "press_number"
 PLACE = ("floor", IMPACT)
-CHOICE = ("low", "middle", "high")  # pressures, as many as the paper has
 NEVER = (states.PENDING, states.RUNNING, states.INTERRUPTED)  # states that say nothing of the snow
-# All claims at once: those on the mass in lumps, and those on loose snow too.
-BY_LUMPS, BY_BOTH = "by lumps", "by loose snow too"
 # Readings that are marked on the map, each with what it changes.  Those of legacy Taichi: its early examples have a
 # gravity of 20, and its scripts make drops of 60 to 100 cells likely.
 READINGS = {
@@ -117,63 +111,11 @@ def _describe_range(values: pd.Series) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def list_judged(claims: Claims) -> list[Claim]:
-    """List the claims that are judged on a map: those of one scene, by whether the numbers agree."""
-    return [claim for claim in claims.list if claim.test != "scenes"]
-
-
-def judge_choices(claims: Claims, table: pd.DataFrame) -> pd.DataFrame:
-    """Judge the claims for each three of the pressures that were run, at each floor and impact number.
-
-    Columns: PLACE, CHOICE, and for each claim, and BY_LUMPS and BY_BOTH, whether the means over seeds agree; <NA> where
-    a run that it needs has no result.  Nothing is REPRODUCED so: one seed has no interval.
-    """
-    own = list_judged(claims)
-    means = {measure: _spread_means(table, measure) for measure in {claim.measure for claim in own}}
-    judged = [
-        pd.DataFrame(
-            dict(zip(CHOICE, choice, strict=True))
-            | {claim.name: _judge_choice(claim, means[claim.measure], choice) for claim in own}
-        )
-        for choice in combinations(sorted(table["pressure"].unique()), len(CHOICE))
-    ]
-    names = [*PLACE, *CHOICE, *(claim.name for claim in own)]
-    choices = pd.concat(judged).reset_index() if judged else pd.DataFrame(columns=names)
-    by_lumps = [claim.name for claim in own if claim.measure == LUMPS]
-    together = {BY_LUMPS: by_lumps, BY_BOTH: [claim.name for claim in own]}
-    return choices.assign(**{name: _hold_together(choices, each) for name, each in together.items()})
-
-
-def _spread_means(table: pd.DataFrame, measure: str) -> pd.DataFrame:
-    """Spread the means of a measure over (arm, pressure), a row for each PLACE; NaN without a result."""
-    values = table.astype({measure: float}).pivot_table(
-        index=list(PLACE), columns=["arm", "pressure"], values=measure, sort=False
-    )
-    places = pd.MultiIndex.from_frame(table[list(PLACE)].drop_duplicates())
-    columns = pd.MultiIndex.from_product([ARMS, sorted(table["pressure"].unique())], names=["arm", "pressure"])
-    return values.reindex(index=places, columns=columns)
-
-
-def _judge_choice(claim: Claim, means: pd.DataFrame, choice: Sequence[float]) -> pd.Series:
-    """Judge a claim at some pressures, for each PLACE."""
-    own = means.loc[:, [(arm, pressure) for arm in ARMS_OF[claim.of] for pressure in choice]]
-    return check_agreement(claim, own).astype("boolean").mask(own.isna().any(axis=1))
-
-
-def _hold_together(choices: pd.DataFrame, names: Sequence[str]) -> pd.Series:
-    """Return for each choice whether all of some claims hold; <NA> where a run of either arm has no result.
-
-    Also if one of them is lost without it: else the choices that are known would be those that lose claims.
-    """
-    known = choices.drop(columns=[*PLACE, *CHOICE]).notna().all(axis=1)
-    return choices[list(names)].eq(True).all(axis=1).astype("boolean").where(known)
-
-
 def share_choices(mapped: ImpactMap, choices: pd.DataFrame, name: str) -> pd.DataFrame:
     """Return which part of the choices that a pressure belongs to agree with all claims: (PLACE, pressure).
 
-    ``choices``: of ``judge_choices``; ``name``: BY_LUMPS or BY_BOTH.  Of those that are known; NaN if none is.  So the
-    pressures are chosen anew at each impact number, in favour of the paper.
+    ``choices``: of ``judge_choices`` at PLACE; ``name``: BY_LUMPS or BY_BOTH.  Of those that are known; NaN if none is.
+    So the pressures are chosen anew at each impact number, in favour of the paper.
     """
     long = choices.melt([*PLACE, name], list(CHOICE), value_name="pressure")
     values = long.assign(**{name: long[name].astype("Float64").astype(float)})

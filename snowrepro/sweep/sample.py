@@ -8,7 +8,7 @@ from functools import cached_property
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-from ..composition.hydra_private import Override, is_sampled
+from ..composition.hydra_private import Override, as_text, is_sampled
 from ..composition.ranges import EXAMPLE
 from ..errors import ConfigError
 from ..settings.design import Design
@@ -66,9 +66,11 @@ def draw_axes(sample: Sample, overrides: Mapping[str, Override]) -> dict[str, Dr
     drawn = {}
     for factor, places in zip(sample.factors, sample.places.T, strict=True):
         values = [factor.place(float(place)) for place in places]
-        number = {value: index for index, value in enumerate(dict.fromkeys(values))}
-        axis = make_axis_of_values(overrides[factor.key], list(number))
-        drawn[factor.key] = DrawnAxis(axis, [number[value] for value in values])
+        texts = [as_text(value) for value in values]  # a list, as a value, is no key
+        different = dict(zip(texts, values, strict=True))
+        number = {text: index for index, text in enumerate(different)}
+        axis = make_axis_of_values(overrides[factor.key], list(different.values()))
+        drawn[factor.key] = DrawnAxis(axis, [number[text] for text in texts])
     return drawn
 
 

@@ -7,16 +7,14 @@ import pandas as pd
 import pytest
 
 from snowrepro.composition.compose import compose
+from snowrepro.evidence.choices import BY_BOTH, BY_LUMPS, judge_choices, list_judged
 from snowrepro.evidence.map import (
-    BY_BOTH,
-    BY_LUMPS,
     IMPACT,
+    PLACE,
     PRESS,
     READINGS,
     ImpactMap,
     has_failed,
-    judge_choices,
-    list_judged,
     name_cause,
     place_readings,
     share_choices,
@@ -127,7 +125,9 @@ def test_failures_have_a_region_and_what_was_not_run_is_none(mapped):
 
 def test_claims_are_judged_at_every_three_pressures(mapped, claims):
     """Worked out by hand: at 0.1 lumps fall at the end; at 1 only 2700 has over half in lumps, and no snow is loose."""
-    choices = judge_choices(claims, mapped.table).query("floor == 'L'").set_index([IMPACT, "low", "middle", "high"])
+    choices = (
+        judge_choices(claims, mapped.table, PLACE).query("floor == 'L'").set_index([IMPACT, "low", "middle", "high"])
+    )
     choices = choices.sort_index()
     expected = {
         (0.1, 100, 300, 900): (True, True), (0.1, 100, 300, 2700): (True, True), (0.1, 100, 900, 2700): (False, False),
@@ -144,20 +144,19 @@ def test_claims_are_judged_at_every_three_pressures(mapped, claims):
 def test_a_choice_without_a_run_is_left_out(mapped, claims):
     """Also where a claim is lost without it: else those that are known would be those that lose claims."""
     missing = without(mapped, "pending", "never run", floor="L", arm="unsintered", pressure=300.0)
-    choices = judge_choices(claims, missing.table).query("floor == 'L'")
+    choices = judge_choices(claims, missing.table, PLACE).query("floor == 'L'")
     is_known = (choices[["low", "middle", "high"]] != 300).all(axis=1)
     assert choices[BY_LUMPS].notna().tolist() == is_known.tolist() and is_known.sum() == 2
     assert choices["C1"].notna().all()  # sintered snow alone
     shares = share_choices(missing, choices, BY_LUMPS)
     assert shares.loc["L", 1.0].dropna().to_dict() == {100: 1.0, 900: 1.0, 2700: 1.0}
-    assert share_choices(mapped, judge_choices(claims, mapped.table), BY_LUMPS).loc["L", 0.1].round(3).tolist() == [
-        0.667, 0.667, 0.333, 0.333
-    ]  # fmt: skip
+    shares = share_choices(mapped, judge_choices(claims, mapped.table, PLACE), BY_LUMPS)
+    assert shares.loc["L", 0.1].round(3).tolist() == [0.667, 0.667, 0.333, 0.333]
 
 
 def test_the_table_and_the_verdict_are_made_of_the_numbers(mapped, claims):
     missing = without(mapped, "failed", "out of memory", floor="triangle", arm="sintered", pressure=2700.0)
-    choices = judge_choices(claims, missing.table)
+    choices = judge_choices(claims, missing.table, PLACE)
     rows = tabulate_rows(missing, choices, list_judged(claims)).set_index(["floor", "impact number"])
     assert rows.loc[("L", "1")].tolist() == [
         "900 to 2700", "above 2700", "3 of 4", "0 of 4", "C2-loose, C4-loose"
@@ -179,7 +178,7 @@ def test_the_pictures_are_drawn_whatever_is_missing(mapped, claims, tmp_path):
     single = ImpactMap(mapped.table.query("impact_number == 1 and pressure == 300 and floor == 'L'"))
     readings = place_readings([300.0, 900.0])
     for name, shown in (("gaps", gaps), ("single", single)):
-        choices = judge_choices(claims, shown.table)
+        choices = judge_choices(claims, shown.table, PLACE)
         draw_map(shown, readings, tmp_path / f"{name}.png")
         draw_region(shown, choices, readings, tmp_path / f"{name}-region.png")
         assert {path.stat().st_size > 10_000 for path in tmp_path.glob(f"{name}*.png")} == {True}

@@ -50,6 +50,11 @@ def test_a_latin_hypercube_has_a_point_in_each_part():
     assert (np.sort(np.floor(places * 10), axis=0) == np.arange(10)[:, None]).all()
 
 
+def test_a_choice_of_lists_is_sampled_as_any_other():
+    plan = plan_of("reading.hardening_exponent=choice([-16.118,5],[-2.3026,1.6094])", "pressure=300,740", points=4)
+    assert {run.case.reading.hardening_exponent for run in plan.runs} == {(-16.118, 5.0), (-2.3026, 1.6094)}
+
+
 def test_a_path_of_morris_moves_each_setting_once():
     """By two thirds, to one of the four levels."""
     design = Design(name="morris", points=20)

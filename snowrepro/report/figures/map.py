@@ -15,10 +15,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from ...evidence.calibration import HALF
+from ...evidence.choices import BY_BOTH, BY_LUMPS, count_holding, judge_choices, list_judged
 from ...evidence.gather import Evidence
 from ...evidence.map import (
-    BY_BOTH,
-    BY_LUMPS,
     IMPACT,
     LUMPS,
     PLACE,
@@ -27,8 +26,6 @@ from ...evidence.map import (
     STATES,
     ImpactMap,
     has_failed,
-    judge_choices,
-    list_judged,
     place_readings,
     share_choices,
     sum_core_hours,
@@ -65,7 +62,7 @@ def report(evidence: Evidence) -> FigureContent:
         return NO_RESULT
     claims = evidence.runs[0].config.question.claims
     mapped = tabulate_map(evidence.sweep)
-    choices = judge_choices(claims, mapped.table)
+    choices = judge_choices(claims, mapped.table, PLACE)
     for table, name in ((mapped.table, CSV), (choices, CHOICES)):
         make_cells(table).to_csv(evidence.folder / name, index=False, float_format="%.6g", lineterminator="\n")
     pressures = find_figure_pressures()
@@ -143,16 +140,11 @@ def tabulate_rows(mapped: ImpactMap, choices: pd.DataFrame, claims: Sequence[Cla
             {
                 "floor": escape(floor), "impact number": f"{impact:.2g}",
                 **{f"P50 {words}": half.note or format_bracket(half) for words, half in halves.items()},
-                **{f"choices {name}": _count(own[name]) for name in (BY_LUMPS, BY_BOTH)},
+                **{f"choices {name}": count_holding(own[name]) for name in (BY_LUMPS, BY_BOTH)},
                 "held by no choice": escape(", ".join(never)) or "-",
             }
         )  # fmt: skip
     return pd.DataFrame(rows)
-
-
-def _count(holds: pd.Series) -> str:
-    """Count choices that hold, of those that are known."""
-    return f"{int(holds.fillna(False).sum())} of {int(holds.notna().sum())}"
 
 
 def _show_failures(table: pd.DataFrame) -> list[Block]:
