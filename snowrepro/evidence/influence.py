@@ -13,6 +13,7 @@ from ..store import states
 from ..sweep.design import STEP, get_block
 from .collect import POINT, CollectedSweep
 from .indices import estimate, make_bins, measure_blocks, measure_effects, measure_first_order, measure_variance
+from .margins import find_claim, list_margins, read_margins
 
 FAILED = "failed"  # a measure: 1 of a run that failed, 0 of one with a result
 FIRST, TOTAL, EFFECT, SPREAD = "first order", "total order", "mean effect", "spread of effects"
@@ -46,7 +47,7 @@ class Influence:
 
 
 def measure_influence(sweep: CollectedSweep, measure: str) -> Influence:
-    """Measure how far each setting that varies in a sweep decides a measure, or FAILED.
+    """Measure how far each setting that varies in a sweep decides a measure, the margin of a claim, or FAILED.
 
     By the design where it was made for that: Saltelli's gives first and total order, Morris's the effects of steps;
     there other settings that vary are averaged over.  Else, and in any other sweep, the first order from the runs that
@@ -68,13 +69,26 @@ def measure_influence(sweep: CollectedSweep, measure: str) -> Influence:
 
 
 def read_measure(sweep: CollectedSweep, measure: str) -> pd.Series:
-    """Read a measure of each run, NaN where there is none.  Raises ConfigError where it holds no numbers."""
+    """Read a measure of each run, NaN where there is none.  Raises ConfigError where it holds no numbers.
+
+    The margin of a claim is of all runs of a point, and stands with the first of them.
+    """
     if measure == FAILED:
         known = sweep.table["state"].isin((states.DONE, states.FAILED))
         return (sweep.table["state"] == states.FAILED).astype(float).where(known)
+    if claim := find_claim(sweep, measure):
+        return read_margins(sweep, claim)
     if measure not in sweep.columns or not is_numeric_dtype(sweep.table[measure]):
-        raise ConfigError(f"measure: '{measure}' is no column of numbers that runs give; see docs/columns.md")
+        raise ConfigError(
+            f"measure: '{measure}' is no column of numbers that runs give, see docs/columns.md{_offer_margins(sweep)}"
+        )
     return sweep.table[measure].astype(float)
+
+
+def _offer_margins(sweep: CollectedSweep) -> str:
+    """Name the claims that would be measures too, as the end of a sentence; nothing if there are none."""
+    names = list_margins(sweep)
+    return f", and no claim with a margin; there are: {', '.join(names)}" if names else ""
 
 
 def tabulate_failures(sweep: CollectedSweep) -> pd.DataFrame:
@@ -115,6 +129,8 @@ def _measure_any(sweep: CollectedSweep, y: pd.Series) -> tuple[list[tuple], str]
 
     rows = []
     for name in sweep.varied:
+        if known[name].nunique() < 2:  # a pressure, where a claim looks at all of them
+            continue
         is_sampled, setting = name in sweep.factors, _read_values(known[name])
         index = partial(measure, make_bins(setting[first] if is_sampled else setting), is_sampled)
         value, half = estimate(index, len(first))

@@ -9,13 +9,13 @@ from typing import Any
 import pandas as pd
 
 from ..settings.base import Settings
-from ..settings.case import Case
 from ..store.run import Run
 from ..store.states import PENDING, standing
 from . import claims
 from .gather import Evidence
 
-CELL_SECTIONS = {"shape", "floor", "sintering"}  # sections that say which cell of the figure a run is
+Changes = Mapping[str, Any]  # value by key
+CELL_SECTIONS = {"shape", "floor", "sintering"}  # sections whose name says which cell of the figure a run is
 LEAST_MOVE = 0.005  # of the mass in lumps beyond the seeds; less is not reported
 
 
@@ -27,7 +27,7 @@ class Variant:
     its finished runs; ``verdicts``: on its claims; ``others``: the states of its other runs.
     """
 
-    changes: Mapping[str, Any]
+    changes: Changes
     pressures: Sequence[float]
     table: pd.DataFrame
     verdicts: Sequence[claims.Verdict]
@@ -36,7 +36,7 @@ class Variant:
     @property
     def name(self) -> str:
         """The change as one would type it on the command line."""
-        return ", ".join(f"{key}={format_setting(value)}" for key, value in self.changes.items()) or "base"
+        return name_changes(self.changes)
 
     @property
     def is_seed(self) -> bool:
@@ -124,6 +124,11 @@ class Comparison:
         return [c for c in variant.agreed_claims if c not in agreed and c not in unjudged]
 
 
+def name_changes(changes: Changes) -> str:
+    """Name changes as one would type them on the command line; "base" if there are none."""
+    return ", ".join(f"{key}={format_setting(value)}" for key, value in changes.items()) or "base"
+
+
 def format_setting(value: Any) -> str:
     """Write the value of a setting as one would type it on the command line."""
     return str(list(value)).replace(" ", "") if isinstance(value, tuple) else str(value)
@@ -133,11 +138,11 @@ def compare_variants(evidence: Evidence) -> Comparison:
     """Group the runs of an experiment by the settings in which they differ from its first, and compare the groups."""
     groups: dict[tuple, list[Run]] = {}
     for run in evidence.runs:
-        groups.setdefault(tuple(_list_changes(run, evidence.runs[0]).items()), []).append(run)
+        groups.setdefault(tuple(list_changes(run, evidence.runs[0]).items()), []).append(run)
     return Comparison([_make_variant(dict(changes), runs, evidence) for changes, runs in groups.items()])
 
 
-def _make_variant(changes: Mapping[str, Any], runs: Sequence[Run], evidence: Evidence) -> Variant:
+def _make_variant(changes: Changes, runs: Sequence[Run], evidence: Evidence) -> Variant:
     """Make the variant of the runs that have the same changes."""
     done = [run.id for run in runs if evidence.is_done(run)]
     table = evidence.table[evidence.table["run_id"].isin(done)] if done else evidence.table.iloc[:0]
@@ -150,14 +155,18 @@ def _make_variant(changes: Mapping[str, Any], runs: Sequence[Run], evidence: Evi
     )
 
 
-def _list_changes(run: Run, base: Run) -> dict[str, Any]:
-    """List the settings of a run that differ from the base's, value by key, without those of its cell."""
-    settings = zip(_list_settings(run.case), _list_settings(base.case), strict=True)
-    return {key: value for (key, value), (_, usual) in settings if value != usual}
+def list_changes(run: Run, base: Run) -> dict[str, Any]:
+    """List the settings of a run that differ from the base's, value by key, without what makes it another cell.
 
-
-def _list_settings(case: Case) -> list[tuple[str, Any]]:
-    """List key and value of all settings of a case but those of its cell: scene, sintering and pressure."""
-    sections = [(name, value) for name, value in case if isinstance(value, Settings) and name not in CELL_SECTIONS]
-    values = [(f"{name}.{key}", value) for name, section in sections for key, value in section if key != "name"]
-    return [*values, ("seed", case.seed)]
+    Scene, sintering and pressure make the cell; but a floor of the same name in another place is a change.
+    """
+    own, usual = dict(run.case), dict(base.case)
+    sections = [name for name in own if isinstance(own[name], Settings) and isinstance(usual[name], Settings)]
+    changes = {
+        f"{name}.{key}": value
+        for name in sections
+        if name not in CELL_SECTIONS or own[name].name == usual[name].name
+        for key, value in own[name]
+        if key != "name" and value != getattr(usual[name], key)
+    }
+    return changes | ({"seed": run.case.seed} if run.case.seed != base.case.seed else {})

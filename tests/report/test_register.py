@@ -142,4 +142,4 @@ def test_texts_fit_into_a_table():
 def test_every_variant_of_a_study_has_words(study):
     """So that no page shows raw settings."""
     found = compare_unrun(study)[1].changed_variants
-    assert [variant.name for variant in found if describe_change(variant) == variant.name] == []
+    assert [variant.name for variant in found if describe_change(variant.changes) == variant.name] == []

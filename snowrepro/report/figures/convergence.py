@@ -74,7 +74,7 @@ def _make_shown_row(variant: Variant, comparison: Comparison) -> dict[str, Any]:
     missing = describe_missing(variant)
     moves = ", ".join(f"{move:+.2f} at {pressure:g}" for pressure, move in comparison.find_moves(variant).items())
     return {
-        "what was changed": escape(describe_change(variant)),
+        "what was changed": escape(describe_change(variant.changes)),
         **{
             f"at {pressure:g}": missing if math.isnan(lumps) else f"{lumps:.2f}"
             for pressure, lumps in variant.lumps.items()
@@ -129,7 +129,7 @@ def _summarise(comparison: Comparison) -> str:
 
 def _describe_change(variant: Variant, comparison: Comparison) -> tuple[str, str]:
     """Describe the effect of a change: its kind, and the variant's name with what moves or how far."""
-    name = describe_change(variant)
+    name = describe_change(variant.changes)
     flips = [f"-{claim}" for claim in comparison.list_lost_claims(variant)]
     flips += [f"+{claim}" for claim in comparison.list_gained_claims(variant)]
     if flips:
@@ -160,7 +160,9 @@ def draw_variants(comparison: Comparison, evidence: Evidence) -> None:
     ax.set(xlim=(-0.03, 1.03), ylim=(len(variants) - 0.7, -0.7), xlabel="mass in lumps")
     ax.set_yticks([])
     for row, variant in zip(rows, variants, strict=True):
-        ax.text(0.0, row - 0.2, describe_change(variant), va="bottom", fontsize=9)  # so narrow that a phone shows all
+        ax.text(
+            0.0, row - 0.2, describe_change(variant.changes), va="bottom", fontsize=9
+        )  # so narrow that a phone shows all
         ax.axhline(row + 0.3, color="0.92", lw=0.6)
         if missing := _describe_gaps(variant):
             ax.text(1.02, row, missing, va="center", ha="right", fontsize=9, color="0.4")

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from ...evidence.collect import CollectedSweep
 from ...evidence.influence import EFFECT, FAILED, FIRST, SPREAD, TOTAL, Influence, measure_influence, tabulate_failures
+from ...evidence.margins import list_margins
 from ...text import make_cells
 from ..document import Block, Fold, Heading, Picture, Table, escape, format_code, join_names
 from ..drawing.columns import escape_label, label_column, list_measures
@@ -28,7 +29,8 @@ MEANINGS = {
 
 def make_blocks(sweep: CollectedSweep, folder: Path) -> list[Block]:
     """Measure the influence of what was sampled on the main measures, write it into a folder, and show it."""
-    measures = [*list_measures(sweep), *([FAILED] if len(tabulate_failed(sweep)) else [])]
+    failed = [FAILED] if len(tabulate_failed(sweep)) else []
+    measures = [*list_measures(sweep), *list_margins(sweep), *failed]
     return show_influences(sweep, [measure_influence(sweep, measure) for measure in measures], folder)
 
 
@@ -59,14 +61,24 @@ def show_influences(sweep: CollectedSweep, influences: Sequence[Influence], fold
 
 def describe_measure(sweep: CollectedSweep, measure: str) -> str:
     """Describe a measure in few words."""
+    if measure in list_margins(sweep):
+        return f"margin of {measure}"
     return "whether a run fails" if measure == FAILED else label_column(sweep, measure)
 
 
 def describe_gaps(sweep: CollectedSweep, influences: Sequence[Influence]) -> list[str]:
     """Say of which measures nothing is known and why, and how many runs have no value; a sentence each."""
     lines = [f"Of {describe_measure(sweep, each.measure)}: {each.note}." for each in influences if each.note]
-    counts = {each.used: each.runs for each in influences if each.measure != FAILED and not each.note}
-    return [*lines, *(f"{runs - used} of {runs} runs have no value." for used, runs in counts.items() if used < runs)]
+    margins = list_margins(sweep)
+    measured = [each for each in influences if each.measure != FAILED and not each.note]
+    counts = {each.used: each.runs for each in measured if each.measure not in margins}
+    lines += [f"{runs - used} of {runs} runs have no value." for used, runs in counts.items() if used < runs]
+    points = {each.measure: each.used for each in measured if each.measure in margins}
+    known = ", ".join(f"{used} of {name}" for name, used in points.items())
+    return [
+        *lines,
+        *([f"Points at which all runs that a claim needs have a result: {known}."] if known else []),
+    ]
 
 
 def describe_region(failures: pd.DataFrame) -> str:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import yaml
 
-from ...evidence.variants import Comparison, Variant
+from ...evidence.variants import Changes, Comparison, Variant, name_changes
 
 FILE = Path(__file__).with_suffix(".yaml")
 
@@ -17,13 +17,13 @@ def read_words() -> Mapping[str, str]:
     return yaml.safe_load(FILE.read_text(encoding="utf-8"))
 
 
-def describe_change(variant: Variant) -> str:
-    """Describe what a variant changes: in words where there are some, else as one would type it."""
-    if not variant.changes:
+def describe_change(changes: Changes) -> str:
+    """Describe the changes of a variant: in words where there are some, else as one would type them."""
+    if not changes:
         return "as in Figure 5"
-    if variant.is_seed:
-        return f"other random places, seed {variant.changes['seed']}"
-    return read_words().get(variant.name, variant.name)
+    if set(changes) == {"seed"}:
+        return f"other random places, seed {changes['seed']}"
+    return read_words().get(name_changes(changes), name_changes(changes))
 
 
 def describe_claims(variant: Variant, comparison: Comparison) -> str:
