@@ -45,12 +45,16 @@ class Fragments:
     @property
     def crushed_fraction(self) -> float:
         """Part of the mass that was compacted where it lies, and is in no lump."""
-        return float(self.particle_mass @ self.states[:, 1] / self.body_mass)
+        return self._sum_share(1)
 
     @property
     def loose_fraction(self) -> float:
         """Part of the mass that came apart."""
-        return float(self.particle_mass @ self.states[:, 2] / self.body_mass)
+        return self._sum_share(2)
+
+    def _sum_share(self, state: int) -> float:
+        """Sum the part of the mass in one of STATES: by a plain sum, as BLAS's hangs on how many threads it has."""
+        return float((self.particle_mass * self.states[:, state]).sum() / self.body_mass)
 
     @property
     def shares(self) -> dict[str, float]:

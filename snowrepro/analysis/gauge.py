@@ -86,7 +86,7 @@ class Gauge:
         is_there = np.isfinite(centre).all(axis=1)
         maps = find_maps(self.neighbours, is_there[self.neighbours.pairs].all(axis=1), centre)
         mass = self.clusters.mass * (maps.is_known & is_there)
-        return float(mass @ maps.strain / mass.sum()) if mass.any() else math.nan
+        return float((mass * maps.strain).sum() / mass.sum()) if mass.any() else math.nan
 
     def divide_clusters(self, centre: np.ndarray) -> np.ndarray:
         """Divide the mass of each cluster (k, d) into lump, crushed and loose, as parts of the body's mass, (k, 3)."""

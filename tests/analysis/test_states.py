@@ -59,6 +59,18 @@ def assert_near(shares: np.ndarray, lump: float, crushed: float, loose: float, w
     np.testing.assert_allclose(shares, [lump, crushed, loose], rtol=0, atol=within)
 
 
+def test_shares_do_not_hang_on_threads():
+    """Of the library of linear algebra, which sums long vectors in parts: a row has the same bits in any process."""
+    threads = pytest.importorskip("threadpoolctl").threadpool_limits
+    body = SAMPLES["16 a cell"]
+    found = classify_states(body, crush_below(body)).last
+    shares = []
+    for count in (1, 2):
+        with threads(count):
+            shares.append((found.crushed_fraction, found.loose_fraction))
+    assert shares[0] == shares[1]
+
+
 @pytest.mark.parametrize("sample", SAMPLES)
 def test_how_a_body_is_sampled_does_not_matter(sample):
     places = SAMPLES[sample]
