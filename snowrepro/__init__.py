@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .notebook.show import show
     from .notebook.sweeping import run_sweep
     from .run import simulate
-    from .store.run import open_run
+    from .store.find import open_run
 
     __version__: str
 
@@ -31,7 +31,7 @@ _HOMES = {
     "animate": ".notebook.animate",
     "classify": ".notebook.particles",
     "compose": ".composition.compose",
-    "open_run": ".store.run",
+    "open_run": ".store.find",
     "open_sweep": ".evidence.collect",
     "plot": ".notebook.plot",
     "run_sweep": ".notebook.sweeping",

@@ -30,10 +30,11 @@ from .settings.config import Config
 from .settings.laws import InstalledLaw
 from .store import lease, states
 from .store.files import require_writable
+from .store.folders import discard
 from .store.lease import Lease
 from .store.models import or_none
 from .store.provenance import command, now, peak_memory_mb
-from .store.run import CHECKPOINT, LOG, Run, discard, has_failed_for_good
+from .store.run import CHECKPOINT, LOG, Run, has_failed_for_good
 from .summary.row import read_row
 
 if TYPE_CHECKING:

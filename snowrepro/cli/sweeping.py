@@ -11,7 +11,7 @@ from ..scene.build import build_scene, check_size
 from ..settings.case import Case
 from ..store import states
 from ..store.files import require_writable
-from ..store.run import require_own_folders
+from ..store.folders import require_own_folders
 from ..summary.row import read_row
 from ..sweep import record, todo
 from ..sweep.launch import launch

@@ -13,7 +13,7 @@ from ..errors import ConfigError, StoreError
 from ..foreign import parse_json
 from ..settings.config import NOT_RECORDED
 from ..store import manifest
-from ..store.run import find_result, open_run
+from ..store.find import find_result, open_run
 from ..summary.columns import CASE_COLUMNS, COST_COLUMNS, SCALE_COLUMNS
 from ..summary.row import summarise
 from ..sweep import record
@@ -90,7 +90,7 @@ class SweepDifferences:
 def describe_differences(a: str, b: str, store: str | Path = "runs") -> list[str]:
     """Describe the differences of two runs (ids, folders or files) or of two recorded sweeps (names), as lines.
 
-    What a name and an id may be short for, say ``record.find_sweep`` and ``store.run.find_id``.
+    What a name and an id may be short for, say ``record.find_sweep`` and ``store.find.find_id``.
 
     Raises ConfigError where ``a`` and ``b`` are not of one kind, and StoreError where there is no such run.
     """

@@ -5,7 +5,7 @@ from pathlib import Path
 import xarray as xr
 
 from ..errors import ConfigError, StoreError
-from ..store.run import find_result
+from ..store.find import find_result
 from ..sweep import record
 from ..text import quote
 

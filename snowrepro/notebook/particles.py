@@ -10,7 +10,7 @@ import xarray as xr
 
 from ..analysis.lumps import Classification
 from ..settings.analysis import Analysis
-from ..store.run import open_run
+from ..store.find import open_run
 from ..summary import classify as classifying
 from ..summary import row
 from .arguments import naming_arguments

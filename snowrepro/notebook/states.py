@@ -13,7 +13,8 @@ from ..report.drawing.common import draw_background, draw_snow, get_panel_size, 
 from ..report.drawing.states import add_state_legend
 from ..report.film.panels import format_title
 from ..store import cf
-from ..store.run import Run, open_run
+from ..store.find import open_run
+from ..store.run import Run
 from ..text import quote
 from .shown import Plot
 

@@ -21,7 +21,8 @@ from ..evidence.gather import describe_run
 from ..foreign import copy_plain, is_plain_file
 from ..store import manifest, states
 from ..store.files import flush, write_json, writing
-from ..store.run import CHECKPOINT, CONFIG, LOG, OUTCOME, RESULT, WORK, Run
+from ..store.folders import WORK
+from ..store.run import CHECKPOINT, CONFIG, LOG, OUTCOME, RESULT, Run
 from ..sweep import record
 from ..sweep.explain import run_named
 from .figures.kinds import needs_runs

@@ -14,7 +14,8 @@ from pathlib import Path
 from ..foreign import Unreadable, is_own_folder, list_own, refuse_links
 from . import lease, manifest, states
 from .files import size_of
-from .run import RESULT, SWEEPS, TRASH, WORK, discard, read_outcome
+from .folders import SWEEPS, TRASH, WORK, discard
+from .run import RESULT, read_outcome
 
 
 @dataclass(frozen=True)

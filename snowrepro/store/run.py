@@ -15,7 +15,7 @@ import json
 import os
 import shutil
 import uuid
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from functools import cached_property
@@ -24,14 +24,14 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from .. import foreign
-from ..errors import ConfigError, StoreError
+from ..errors import StoreError
 from ..foreign import Unreadable
 from ..own_law import name_packages
 from ..settings.case import MODEL_VERSION, Case
 from ..settings.config import Config
-from ..text import make_printable
 from . import lease, manifest, models
 from .files import flush, sha256, write_json, writing
+from .folders import WORK, publish, require_own_folders
 from .identity import run_id
 from .provenance import provenance
 
@@ -47,15 +47,9 @@ ANALYSIS = "analysis.nc"
 CONFIG = "config.json"
 OUTCOME = "outcome.json"
 PROGRESS = "progress.json"
-WORK = ".work"
-TRASH = ".trash"
-SWEEPS = "sweeps"
 # Arrays that every result has; and how many times the particles are at most that its area has room for.
 ARRAYS = ("position", "velocity", "mass", "density", "J_P", "hardening", "young", "time", "frame", "snapshot")
 MOST_PARTICLES = 4.0
-# What a store has beside the folders of its runs, and is never a link.
-OWN = (WORK, TRASH, SWEEPS, ".sweep", "sweep.log")
-MOST_NAMED = 10  # runs in a message
 
 
 # Results that this process found not to be what they looked like: by folder, which file that was, and why.
@@ -352,140 +346,11 @@ class Run:
         return status.st_ino, status.st_mtime_ns
 
 
-def open_run(id_or_path: str | Path, store: str | Path = "runs") -> "xr.Dataset":
-    """Open a run by its id in ``store`` or by the path of its file or folder, as ``simulate`` gave it.
-
-    The beginning or end of an id is enough where it is of one run alone.  Another code's file is opened as it is.
-    Raises StoreError if there is no such file or it cannot be read, ConfigError if several runs are meant.
-    """
-    return open_particles(id_or_path, store)
-
-
-def open_particles(id_or_path: str | Path, store: str | Path = "runs", group: str | None = None) -> "xr.Dataset":
-    """Open a run as ``open_run`` does, or the particles of another code in a file or in a ``group`` of it."""
-    path = find_result(id_or_path, store)
-    _require_as_written(path)
-    return _arrays().read_result(path, group)
-
-
-def find_result(id_or_path: str | Path, store: str | Path) -> Path:
-    """Find the file of a run by the path of its file or folder, or by its id in ``store``: see ``find_id``.
-
-    It may be no regular file; only its reader can say so.  Raises StoreError if there is nothing, ConfigError if there
-    are several.
-    """
-    if not isinstance(id_or_path, str | Path):
-        raise ConfigError(f"a run is named by its id or its path, not by {type(id_or_path).__name__}")
-    name, places = str(id_or_path), []
-    with suppress(OSError, ValueError):  # a name too long, a folder that may not be entered, a name with a zero
-        if os.path.lexists(id_or_path):
-            places.append(Path(id_or_path).resolve())  # a link that the caller names is one that the caller knows
-    if foreign.is_plain_name(name) and foreign.is_own_folder(Path(store) / name, Path(store)):
-        places.append(Path(store) / name)
-    for place in places:
-        path = place / RESULT if place.is_dir() else place
-        if os.path.lexists(path):
-            return path
-    if run_id := find_id(name, _list_results(Path(store)), store):
-        return Path(store) / run_id / RESULT
-    with suppress(OSError):
-        if begun := find_id(name, [entry.name for entry in foreign.list_own(Path(store) / WORK, Path(store))], store):
-            raise StoreError(
-                f"the run '{begun}' has no result: it is not at its end, or it failed; 'snowrepro explain {begun}' "
-                "says more, and the command that began it goes on with it"
-            )
-    raise StoreError(
-        f"there is no run '{make_printable(name)}': neither a file, nor an id in the folder '{make_printable(store)}', "
-        "nor the beginning or end of one"
-    )
-
-
-def find_id(name: str, ids: Iterable[str], store: str | Path) -> str | None:
-    """Which of some ids is ``name``, or else begins with or ends in it; None if none does.
-
-    ``store``: whose they are, for the message.  Raises ConfigError if several do.
-    """
-    known = sorted(run_id for run_id in ids if name and (run_id.startswith(name) or run_id.endswith(name)))
-    if name in known:
-        return name
-    if len(known) > 1:
-        more = f" and {len(known) - MOST_NAMED} more" if len(known) > MOST_NAMED else ""
-        several = f"{len(known)} runs are: {', '.join(known[:MOST_NAMED])}{more}"
-        raise ConfigError(f"'{make_printable(name)}' should name one run of the store '{store}'; {several}")
-    return known[0] if known else None
-
-
-def _list_results(store: Path) -> list[str]:
-    """The ids of the runs that have a result in a store."""
-    names = [entry.name for entry in foreign.list_own(store, store) if entry.is_dir(follow_symlinks=False)]
-    return [name for name in names if foreign.is_plain_name(name) and os.path.lexists(store / name / RESULT)]
-
-
-def _require_as_written(path: Path) -> None:
-    """Check that a result is what a manifest beside it says, if there is one.  Raises Unreadable."""
-    content = manifest.read(path.parent)
-    place = path.parent / manifest.MANIFEST
-    if path.name == RESULT and os.path.lexists(place) and not manifest.is_intact(content):
-        raise Unreadable(place, "is not as it was written, so the result beside it is not used: see snowrepro explain")
-    promised = content.get("files", {}).get(path.name)
-    if promised and (path.lstat().st_size != promised["bytes"] or sha256(path) != promised["sha256"]):
-        raise Unreadable(path, "cannot be read: it is not as it was written, its checksum differs")
-
-
 def _arrays() -> ModuleType:
     """What reads and writes arrays: a plan or a status of many runs needs none, and loads none of it."""
     from . import arrays
 
     return arrays
-
-
-def publish(folder: Path, place: Path) -> None:
-    """Move a whole folder to its place by one rename; what was there before goes to the trash.
-
-    Raises StoreError; where the folder was removed by another process, what is at its place stays there.
-    """
-    with writing(place):
-        flush(folder)
-        before = _put_aside(place) if os.path.lexists(place) else None
-        try:
-            folder.rename(place)
-        except OSError:
-            if before and not os.path.lexists(place):
-                before.rename(place)
-            raise
-        flush(place.parent)
-        if before:
-            shutil.rmtree(before, ignore_errors=True)
-
-
-def discard(folder: Path) -> None:
-    """Take a folder out of the store, by one rename; its files are then removed.  Of a link, only the link is.
-
-    Raises StoreError where the trash, or a folder on the way, is a link.
-    """
-    aside = _put_aside(folder)
-    if aside:
-        shutil.rmtree(aside, ignore_errors=True)
-
-
-def _put_aside(folder: Path) -> Path | None:
-    """Move a folder into the trash; returns where it is.  A link is removed."""
-    store = folder.parent.parent if folder.parent.name == WORK else folder.parent
-    foreign.refuse_links(folder.parent, store)
-    if folder.is_symlink():
-        folder.unlink()
-        return None
-    foreign.refuse_links(store / TRASH, store)
-    trash = store / TRASH / f"{folder.name[:200]}.{uuid.uuid4().hex[:8]}"
-    trash.parent.mkdir(exist_ok=True)
-    folder.rename(trash)
-    return trash
-
-
-def require_own_folders(store: Path) -> None:
-    """Check that nothing that a store has beside its runs is a link.  Raises StoreError that names the one that is."""
-    for name in OWN:
-        foreign.refuse_links(store / name, store)
 
 
 @functools.lru_cache(maxsize=4096)

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from ..foreign import Unreadable, is_own_folder, is_plain_file, list_own
 from . import lease, manifest
-from .run import CHECKPOINT, OUTCOME, WORK, Run, has_failed_for_good, read_progress
+from .folders import WORK
+from .run import CHECKPOINT, OUTCOME, Run, has_failed_for_good, read_progress
 
 PENDING, RUNNING, DONE, FAILED = "pending", "running", "done", "failed"
 TIMED_OUT, INTERRUPTED, BROKEN = "timed out", "interrupted", "broken"

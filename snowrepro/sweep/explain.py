@@ -9,7 +9,9 @@ from ..composition.compose import config_from
 from ..errors import ConfigError, StoreError
 from ..foreign import Unreadable, is_own_folder, is_plain_name, list_own, read_tail, refuse_links
 from ..store import lease, manifest, states
-from ..store.run import LOG, WORK, Run, find_id, read_config
+from ..store.find import find_id
+from ..store.folders import WORK
+from ..store.run import LOG, Run, read_config
 from . import record
 
 LOG_LINES = 15

@@ -20,7 +20,7 @@ from ..foreign import Unreadable
 from ..settings.execution import Execution
 from ..store import models
 from ..store.files import write_json
-from ..store.run import SWEEPS
+from ..store.folders import SWEEPS
 from .plan import Plan, make_plan
 
 log = logging.getLogger("snowrepro")

@@ -15,8 +15,7 @@ import pytest
 from snowrepro.cli import candidates
 from snowrepro.cli.verbs import clean
 from snowrepro.composition.compose import CONF_DIR
-from snowrepro.store import leftovers
-from snowrepro.store import run as store_run
+from snowrepro.store import folders, leftovers
 from snowrepro.sweep import record
 
 pytest.importorskip("argcomplete")
@@ -121,7 +120,7 @@ def test_a_word_is_completed_without_what_takes_seconds(folder):
 def test_names_are_those_of_the_rest_of_the_program():
     """Folders of the store and of options, which candidates.py says itself to be quick."""
     assert candidates.BUILT_IN == CONF_DIR
-    assert (candidates.SWEEPS, candidates.RECORD, candidates.WORK) == (record.SWEEPS, record.RECORD, store_run.WORK)
+    assert (candidates.SWEEPS, candidates.RECORD, candidates.WORK) == (record.SWEEPS, record.RECORD, folders.WORK)
     assert candidates.find_kinds(clean.HELP) == [*leftovers.KINDS]
 
 

@@ -14,7 +14,8 @@ from snowrepro.cli import main
 from snowrepro.composition.compose import compose, config_from
 from snowrepro.store import manifest
 from snowrepro.store.bits import digests
-from snowrepro.store.run import Run, open_run
+from snowrepro.store.find import open_run
+from snowrepro.store.run import Run
 from tests import command_line
 from tests.configs import carrying, changed
 from tests.conftest import SMALL

@@ -16,7 +16,7 @@ import netCDF4
 import numpy as np
 
 from snowrepro.errors import SnowreproError
-from snowrepro.store.run import open_particles
+from snowrepro.store.find import open_particles
 from snowrepro.summary.classify import classify, compose_analysis, is_whole_run, read_analysis
 
 FORMATS = ("NETCDF3_CLASSIC", "NETCDF3_64BIT_OFFSET", "NETCDF3_64BIT_DATA", "NETCDF4", "NETCDF4_CLASSIC")

@@ -20,8 +20,8 @@ from snowrepro.physics import hencky
 from snowrepro.run import simulate
 from snowrepro.settings.base import Settings
 from snowrepro.store import manifest
+from snowrepro.store.find import open_run
 from snowrepro.store.identity import is_id_of, run_id
-from snowrepro.store.run import open_run
 from snowrepro.sweep.plan import make_plan
 from tests import command_line
 from tests.conftest import SMALL

@@ -13,10 +13,10 @@ from snowrepro import open_run, summarise
 from snowrepro.composition.compose import compose
 from snowrepro.errors import ConfigError, StoreError
 from snowrepro.settings.case import Case
-from snowrepro.store import identity
-from snowrepro.store import run as store_run
+from snowrepro.store import folders, identity
+from snowrepro.store.find import find_id, find_result
 from snowrepro.store.identity import canonical, run_id
-from snowrepro.store.run import Run, find_id, find_result
+from snowrepro.store.run import Run
 from tests.configs import changed
 
 
@@ -236,14 +236,14 @@ def test_a_result_whose_replacement_is_gone_stays(small_run, small_config, tmp_p
     run = Run(changed(small_config, store=str(tmp_path)))
     run.save(small_run, wall_seconds=1.0)
     before = run.result.read_bytes()
-    real = store_run._put_aside
+    real = folders._put_aside
 
     def put_aside(folder):
         aside = real(folder)
         shutil.rmtree(next(run.work.glob("result.*")))
         return aside
 
-    monkeypatch.setattr(store_run, "_put_aside", put_aside)
+    monkeypatch.setattr(folders, "_put_aside", put_aside)
     with pytest.raises(StoreError, match="cannot write"):
         run.save(small_run, wall_seconds=2.0)
     assert run.is_done() and run.result.read_bytes() == before

@@ -9,7 +9,8 @@ import pytest
 from snowrepro.composition.compose import compose
 from snowrepro.store import lease, leftovers, manifest, states
 from snowrepro.store.files import write_json
-from snowrepro.store.run import Run, discard
+from snowrepro.store.folders import discard
+from snowrepro.store.run import Run
 from tests.configs import changed
 from tests.conftest import SMALL
 

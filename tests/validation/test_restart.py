@@ -16,7 +16,8 @@ from snowrepro.errors import Diverged
 from snowrepro.mpm.state import PARTICLE_STATE
 from snowrepro.run import do_run, simulate
 from snowrepro.store import manifest, states
-from snowrepro.store.run import CHECKPOINT, Run, open_run
+from snowrepro.store.find import open_run
+from snowrepro.store.run import CHECKPOINT, Run
 from tests.conftest import SMALL
 
 LONG = ["fidelity=preview", "pressure=3000", "loading.frames=320", "reading.drop_height=20", "checkpoint_seconds=0"]

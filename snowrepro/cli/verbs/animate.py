@@ -9,7 +9,7 @@ from ...composition import compose, overrides
 from ...errors import ConfigError, ExitCode
 from ...report.figures import kinds
 from ...report.film import animation
-from ...store import files
+from ...store import files, find
 from ...store import run as store_run
 from ...sweep import explain, record
 from ...sweep import plan as sweep_plan
@@ -109,7 +109,7 @@ def _show_name(word: str, store: str, sweeps: Sequence[str]) -> "list[animation.
         return [animation.look_up_run(run) for run in record.plan_remembered(word, store).runs]
     if not Path(word).exists():
         return [animation.look_up_run(explain.run_named(word, store, or_sweep=True))]
-    with store_run.open_run(word) as dataset:
+    with find.open_run(word) as dataset:
         return [animation.AnimatedRun(store_run.Run(compose.config_of(dataset)), Path(dataset.encoding["source"]))]
 
 

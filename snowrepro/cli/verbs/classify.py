@@ -8,8 +8,7 @@ from typing import Any
 
 from ... import text
 from ...errors import ConfigError, DataError, ExitCode, StoreError
-from ...store import files
-from ...store import run as store_run
+from ...store import files, find
 from ...summary import classify, row
 from .. import candidates, screen, single
 from ..arguments import add_store, complete_by
@@ -65,7 +64,7 @@ def execute(options: argparse.Namespace) -> ExitCode:
     named = _read_names(options)
     lengths = {name: getattr(options, name) for name in ("release", "grid_spacing", "cell", "cell_mass")}
     needs_fragments = options.out or options.frames == "all" or any(value is not None for value in lengths.values())
-    with _naming(options.data), store_run.open_particles(options.data, options.store, options.group) as dataset:
+    with _naming(options.data), find.open_particles(options.data, options.store, options.group) as dataset:
         if not (needs_fragments or named) and classify.is_whole_run(dataset):
             analysis = classify.change_settings(classify.read_analysis(dataset), settings)
             single.print_outcome(row.summarise(dataset, analysis), classify.read_length_unit(dataset))

@@ -10,7 +10,8 @@ import xarray as xr
 
 from ...errors import ConfigError, StoreError
 from ...store import states
-from ...store.run import Run, open_run
+from ...store.find import open_run
+from ...store.run import Run
 from ..drawing.colouring import COLOURINGS, make_scale
 from ..drawing.common import get_panel_size, own_style
 from .movie import Movie, require_writer, write_movie

@@ -13,7 +13,8 @@ from ...composition.compose import list_option_files, option_files
 from ...foreign import Unreadable, is_own_folder, is_plain_file, list_own
 from ...sources import PACKAGE
 from ...store import files, lease, provenance
-from ...store.run import ANALYSIS, SUMMARY, SWEEPS, WORK
+from ...store.folders import SWEEPS, WORK
+from ...store.run import ANALYSIS, SUMMARY
 from ...sweep import record
 
 STAMP = ".drawn.json"  # in the report's folder
