@@ -1,4 +1,4 @@
-"""The paper's laws as curves over density, compared with measured ones."""
+"""The paper's laws as functions of density, stress and strain, compared with measured ones."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,6 +16,7 @@ LEAST = 2  # measured laws: fewer make no range
 LIMIT = 0.5  # Poisson's ratio of what keeps its volume
 MELTING = VISCOSITIES[0]
 STEPS = 400  # of density, over which time is summed
+Values = float | np.ndarray  # one, or many (n,)
 
 
 def youngs_modulus(rho: np.ndarray, case: Case) -> np.ndarray:
@@ -49,10 +50,46 @@ def viscosity(rho: np.ndarray, case: Case) -> np.ndarray:
     return rho_r / C1 if C1 else np.full_like(rho_r, np.inf)
 
 
+def densification_time(rho: Values, stress: float, case: Case) -> np.ndarray:
+    """Eq. 2's first term: time [s] from the initial density to ``rho`` under a constant ``stress`` [unit of E].
+
+    rho / viscosity is the same at all densities, so density grows by as much in each second.
+    """
+    return (rho - case.material.rho) * viscosity(np.asarray(rho), case) / (rho * stress)
+
+
+def hardening_coefficient(stress: float, updates: Values, case: Case) -> np.ndarray:
+    """Eq. 9 without b: xi after so many ``updates`` under a constant ``stress`` [unit of E]."""
+    return case.material.xi + np.asarray(updates) * case.sintering.C4 * stress
+
+
+def hardening_exponent(xi: Values, J_P: Values, case: Case) -> np.ndarray:
+    """Eq. 1: the exponent of the factor on the moduli, without the reading's bounds."""
+    return xi * (1.0 - J_P) * np.where(np.asarray(J_P) > 1.0, case.softening, 1.0)
+
+
 def hardening_factor(xi: np.ndarray, J_P: np.ndarray, case: Case) -> np.ndarray:
     """Eq. 1: the factor on the moduli, its exponent bounded as in the run."""
-    exponent = xi * (1.0 - J_P) * np.where(J_P > 1.0, case.softening, 1.0)
-    return np.exp(np.clip(exponent, *case.reading.hardening_exponent))
+    return np.exp(np.clip(hardening_exponent(xi, J_P, case), *case.reading.hardening_exponent))
+
+
+def lame_parameters(E: np.ndarray, nu: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Sec. 3.2: (mu, lambda) in the unit of E, of Young's moduli and Poisson's ratios, all (n,)."""
+    return E / (2.0 * (1.0 + nu)), nu * E / ((1.0 + nu) * (1.0 - 2.0 * nu))
+
+
+def elastic_energy(strain: tuple[float, float], mu: np.ndarray, lam: np.ndarray) -> np.ndarray:
+    """Energy of small principal strains in the plane, for each unit of volume [unit of E], (n,)."""
+    x, y = strain
+    return mu * (x**2 + y**2) + 0.5 * lam * (x + y) ** 2
+
+
+def von_mises_stress(strain: tuple[float, float], mu: np.ndarray, lam: np.ndarray, plane_strain: bool) -> np.ndarray:
+    """Eqs. 3 to 5 of small principal strains in the plane [unit of E], (n,); without plane strain sigma_zz is 0."""
+    along = lam * (strain[0] + strain[1])
+    xx, yy = (2.0 * mu * part + along for part in strain)
+    zz = along if plane_strain else 0.0
+    return np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2))
 
 
 def tabulate_laws(laws: Sequence[Law]) -> pd.DataFrame:

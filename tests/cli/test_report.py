@@ -110,7 +110,7 @@ def test_two_readings_side_by_side(snowrepro, tmp_path):
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (["nothing"], "there is no experiment 'nothing'; there are: ablation, calibration"),
+        (["nothing"], "there is no experiment 'nothing'; there are: ablation, audit, calibration"),
         (["paper", "seeds=3"], "leave out the seeds"),
         (["--against", "fig5"], "snowrepro report A --against fig5"),
         (["fig5", "--against", "fig2"], "'fig2' is no experiment with runs"),

@@ -126,7 +126,7 @@ def test_experiments_are_found_in_a_folder_of_that_name(experiments):
     assert plan.experiment is not None and (plan.experiment.name, plan.experiment.picture) == ("mine", "strip")
     assert {"mine", "fig5"} <= read_experiments().keys()
     with pytest.raises(
-        ConfigError, match=r"there is no experiment 'yours'; there are: ablation, calibration, .*, mine, "
+        ConfigError, match=r"there is no experiment 'yours'; there are: ablation, audit, calibration, .*, mine, "
     ):
         make_plan(["experiment=yours"], multirun=False)
 

@@ -56,7 +56,7 @@ def test_an_experiment_names_its_runs_and_the_command_line_wins():
         (["nothing"], "'nothing' is no override, which is written key=value$"),
         (
             ["experiment=fig7"],
-            "there is no experiment 'fig7'; there are: ablation, calibration, convergence, energy, fig2, ",
+            "there is no experiment 'fig7'; there are: ablation, audit, calibration, convergence, energy, fig2, ",
         ),
     ],
 )
