@@ -28,6 +28,14 @@ from snowrepro.checks.check import CheckRequest, run_checks
 for finding in run_checks(CheckRequest(Path(sys.argv[1]), "runs", (1,), cases=sys.argv[2:], experiments=())):
     print(finding.state, finding.name, finding.measured, finding.allowed, sep="; ")
 """
+TOLD = """
+import importlib
+import inspect
+import snowrepro.laws.hencky as law
+from snowrepro.compiler import IMPORTING
+print(inspect.modulesbyfile[law.__file__], IMPORTING in inspect.modulesbyfile)
+print(importlib._bootstrap._find_and_load.__code__.co_filename == IMPORTING)
+"""
 with_quadrants = pytest.mark.skipif(
     importlib.util.find_spec("quadrants") is None, reason="Quadrants is not installed: pip install quadrants"
 )
@@ -88,3 +96,9 @@ def test_a_run_says_by_which_compiler_it_was_made(snowrepro, tmp_path):
     assert written["arrays"] == digests(simulate(compose(SHORT)))
     assert "1 run, 1 of them done" in snowrepro("plan", *SHORT).stdout
     assert "to run: 1, environment changed" in snowrepro("plan", *SHORT, "rerun=[environment]").stdout
+
+
+def test_inspect_is_told_of_what_the_compiler_asks_it():
+    """Of the file in which functions are decorated, and of that in which Python imports: else it looks for them."""
+    done = subprocess.run([sys.executable, "-c", TOLD], capture_output=True, text=True, check=True)
+    assert done.stdout == "snowrepro.laws.hencky True\nTrue\n"
