@@ -7,6 +7,7 @@ decorated as their modules are imported, so a process has one compiler from its 
 import functools
 import inspect
 import os
+import sys
 from collections.abc import Mapping
 from importlib import import_module
 from importlib.util import find_spec
@@ -69,6 +70,17 @@ def __getattr__(name: str) -> Any:
         if error.name not in COMPILERS:
             raise
         raise NoSolver from error
+
+
+def keep_kernels() -> None:
+    """Have the compiler, if it is loaded, keep the kernels that it made for other processes; its fields are gone then.
+
+    By itself it does so when Python takes all objects apart at the end of a process, which those of ours do not wait
+    for: the next one would compile for seconds what this one has.
+    """
+    for name in COMPILERS:
+        if name in sys.modules:
+            sys.modules[name].reset()
 
 
 def _spare_searches(module: Mapping[str, Any]) -> None:
