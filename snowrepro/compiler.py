@@ -5,7 +5,10 @@ decorated as their modules are imported, so a process has one compiler from its 
 """
 
 import functools
+import inspect
 import os
+import sys
+from collections.abc import Mapping
 from importlib import import_module
 from importlib.util import find_spec
 from typing import Any, TypeVar
@@ -13,6 +16,7 @@ from typing import Any, TypeVar
 from .errors import ConfigError, NoSolver
 
 COMPILERS = {"taichi": "TI_", "quadrants": "QD_"}  # package: how its variables in the environment begin
+IMPORTING = "<frozen importlib._bootstrap>"  # what Python calls the file of its import system
 VARIABLE = "SNOWREPRO_COMPILER"  # names one, where both are installed
 
 Made = TypeVar("Made")
@@ -57,9 +61,34 @@ def __getattr__(name: str) -> Any:
     """Load the compiler, as ``ti``, when it is first asked for.  Raises NoSolver where none is installed."""
     if name != "ti":
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    asking = inspect.currentframe()
+    if asking and asking.f_back:
+        _spare_searches(asking.f_back.f_globals)
     try:
         return import_module(name_compiler())
     except ModuleNotFoundError as error:
         if error.name not in COMPILERS:
             raise
         raise NoSolver from error
+
+
+def keep_kernels() -> None:
+    """Have the compiler, if it is loaded, keep the kernels that it made for other processes; its fields are gone then.
+
+    By itself it does so when Python takes all objects apart at the end of a process, which those of ours do not wait
+    for: the next one would compile for seconds what this one has.
+    """
+    for name in COMPILERS:
+        if name in sys.modules:
+            sys.modules[name].reset()
+
+
+def _spare_searches(module: Mapping[str, Any]) -> None:
+    """Tell ``inspect`` which files are of this module, and that the file of the import system is of none.
+
+    The compiler asks it for one of the two with each function that it decorates.  What it was not told it looks for in
+    all modules that are loaded: beside those of a run that takes a millisecond, and a start decorates 250 functions.
+    """
+    inspect.modulesbyfile[IMPORTING] = ""
+    if "__file__" in module:  # a notebook has none
+        inspect.modulesbyfile[module["__file__"]] = module["__name__"]

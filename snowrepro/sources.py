@@ -54,12 +54,24 @@ def _imported(text: bytes, path: Path) -> tuple[Path, ...]:
 
 def _read_imports(tree: ast.Module, path: Path) -> Iterator[Path]:
     """The files that ``_imported`` gives, from the parsed text."""
-    for_types = {id(node) for block in ast.walk(tree) if _is_for_types(block) for node in ast.walk(block)}
-    for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom) and node.level and id(node) not in for_types:
+    for node in _walk_statements(tree):
+        if isinstance(node, ast.ImportFrom) and node.level:
             module = path.parents[node.level - 1].joinpath(*(node.module or "").split("."))
             candidates = [module, *(module / alias.name for alias in node.names)]
             yield from (file for each in candidates if (file := each.with_suffix(".py")).is_file())
+
+
+def _walk_statements(block: ast.AST) -> Iterator[ast.stmt]:
+    """All statements in a block, and in those in it, but for what is for type checkers; no expressions: they are most.
+
+    What is neither holds statements: the handlers of a try, the cases of a match.
+    """
+    for node in ast.iter_child_nodes(block):
+        if isinstance(node, ast.expr) or _is_for_types(node):
+            continue
+        if isinstance(node, ast.stmt):
+            yield node
+        yield from _walk_statements(node)
 
 
 def _is_for_types(node: ast.AST) -> bool:

@@ -1,5 +1,6 @@
 """The benchmarks run, and their peers compute what snowrepro does; how fast they are, is not tested."""
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -7,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
+sys.path.insert(0, str(BENCHMARKS))
 
 DX = 2.0  # cells: some 2,000 particles
 ROUND_OFF = 1e-11  # of positions, in cells; the peers' exp is another
@@ -97,3 +99,17 @@ def test_sides_keep_alpha_and_scenes_of_a_shape_are_one_toss():
             assert 0 < measure_rates(null, 3, 3, 150)[0] <= 0.11
     assert 0.02 < measure_rates_of_scenes(4, 7, 0.8, 300)[0] < 0.11
     assert measure_rates_of_scenes(3, 7, 0.8, 50) == (0.0, 0.0)
+
+
+@pytest.mark.nightly
+def test_each_phase_of_a_start_is_timed(tmp_path):
+    """Clocks are on all functions that they should be on, and what they count is about all of the time."""
+    from phases import FIRST_FRAME, PHASES, REST
+
+    words = ["run", "fidelity=preview", "loading.press_frames=4", "loading.frames=8", "output.every=4"]
+    subprocess.run([sys.executable, BENCHMARKS / "phases.py", "phases.json", *words], cwd=tmp_path, check=True)
+    seconds = json.loads((tmp_path / "phases.json").read_text())
+    first = seconds.pop(FIRST_FRAME)
+    assert 0 < first < sum(seconds.values())
+    assert all(seconds[name] > 0.005 for name in PHASES[:-1]), "but for the end of the process"
+    assert seconds[REST] < 0.1 * sum(seconds.values())

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -27,6 +28,14 @@ from pathlib import Path
 from snowrepro.checks.check import CheckRequest, run_checks
 for finding in run_checks(CheckRequest(Path(sys.argv[1]), "runs", (1,), cases=sys.argv[2:], experiments=())):
     print(finding.state, finding.name, finding.measured, finding.allowed, sep="; ")
+"""
+TOLD = """
+import importlib
+import inspect
+import snowrepro.laws.hencky as law
+from snowrepro.compiler import IMPORTING
+print(inspect.modulesbyfile[law.__file__], IMPORTING in inspect.modulesbyfile)
+print(importlib._bootstrap._find_and_load.__code__.co_filename == IMPORTING)
 """
 with_quadrants = pytest.mark.skipif(
     importlib.util.find_spec("quadrants") is None, reason="Quadrants is not installed: pip install quadrants"
@@ -88,3 +97,34 @@ def test_a_run_says_by_which_compiler_it_was_made(snowrepro, tmp_path):
     assert written["arrays"] == digests(simulate(compose(SHORT)))
     assert "1 run, 1 of them done" in snowrepro("plan", *SHORT).stdout
     assert "to run: 1, environment changed" in snowrepro("plan", *SHORT, "rerun=[environment]").stdout
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("words", [(), ("-m", "seed=1")], ids=["one run", "a run of a sweep"])
+def test_a_command_keeps_the_kernels_that_it_made(snowrepro, tmp_path, words):
+    """So that the next one has none to compile; of a sweep each run is in a process of its own."""
+    kept = tmp_path / "kernels"
+    environment = {**os.environ, "TI_OFFLINE_CACHE_FILE_PATH": str(kept)}
+    done = snowrepro("run", *SHORT, *words, env=environment)
+    assert done.returncode == 0, done.stderr
+    files = {path.name for path in kept.rglob("*.tic")}
+    assert files, "kernels are kept"
+    done = snowrepro("run", *SHORT, *words, "pressure=500", env=environment)
+    assert done.returncode == 0, done.stderr
+    assert {path.name for path in kept.rglob("*.tic")} == files, "another pressure needs no other kernels"
+
+
+def test_kernels_are_kept_by_the_compiler_that_was_loaded(monkeypatch):
+    """And where none was, none is loaded for it."""
+    ended = []
+    monkeypatch.setattr(compiler, "sys", SimpleNamespace(modules={"numpy": None}))
+    compiler.keep_kernels()
+    monkeypatch.setitem(compiler.sys.modules, "quadrants", SimpleNamespace(reset=lambda: ended.append("quadrants")))
+    compiler.keep_kernels()
+    assert ended == ["quadrants"]
+
+
+def test_inspect_is_told_of_what_the_compiler_asks_it():
+    """Of the file in which functions are decorated, and of that in which Python imports: else it looks for them."""
+    done = subprocess.run([sys.executable, "-c", TOLD], capture_output=True, text=True, check=True)
+    assert done.stdout == "snowrepro.laws.hencky True\nTrue\n"

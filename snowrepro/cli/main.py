@@ -42,6 +42,7 @@ VERBS = {
 }
 
 with deferred_imports():  # of which a help needs nothing
+    from .. import compiler
     from . import completion, folders, screen, versions
 
 
@@ -56,6 +57,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         sys.exit(int(ExitCode.FINE))
     code = _execute(*read_command_line(words))
     if arguments is None:
+        if code == ExitCode.FINE:  # else it may have been stopped in the middle of one
+            compiler.keep_kernels()
         gc.freeze()  # else Python looks through all that was imported before it ends, for half a second
     sys.exit(int(code))
 

@@ -14,8 +14,9 @@ from ..summary.row import ALL_COLUMNS, read_row
 from ..sweep import record
 from ..sweep.factors import Factor, read_factor
 from ..sweep.plan import Plan, make_plan, parse_overrides, split_seeds, with_seeds
+from .scenes import build_scenes
 from .screen import show
-from .sweeping import build_scenes, run_missing, write_table
+from .sweeping import run_missing, write_table
 
 
 @dataclass

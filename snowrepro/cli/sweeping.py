@@ -1,4 +1,4 @@
-"""What verbs do with the runs of a plan: prepare and run what is missing, and require that all have results."""
+"""What verbs do with the runs of a plan: run what is missing, and require that all have results."""
 
 import shlex
 import time
@@ -7,8 +7,6 @@ from collections.abc import Sequence
 from ..errors import ConfigError, ExitCode, RunsFailed, StoreError
 from ..evidence.collect import CSV, find_varied_columns, write_results
 from ..report.figures.kinds import needs_runs
-from ..scene.build import build_scene, check_size
-from ..settings.case import Case
 from ..store import states
 from ..store.files import require_writable
 from ..store.folders import require_own_folders
@@ -21,25 +19,6 @@ from .costs import describe_todo, estimate_todo
 from .screen import say
 
 MOST_NAMED = 5  # runs without a result, at the end of a sweep
-
-
-def build_scenes(plan: Plan) -> None:
-    """Build each different scene of a plan's runs once.  Raises ConfigError where one cannot be."""
-    for case in _list_scenes(plan):
-        build_scene(case)
-
-
-def check_sizes(plan: Plan) -> None:
-    """Count what each different scene of a plan's runs takes.  Raises ConfigError where that is too much."""
-    for case in _list_scenes(plan):
-        check_size(case)
-
-
-def _list_scenes(plan: Plan) -> list[Case]:
-    """A case of each different scene."""
-    cases = [run.case for run in plan.runs]
-    scenes = {(c.shape, c.floor, c.fidelity, c.reading, c.indenter, c.loading, c.output): c for c in cases}
-    return list(scenes.values())
 
 
 def run_missing(plan: Plan, is_whole: bool = True) -> None:

@@ -11,7 +11,7 @@ from omegaconf import DictConfig
 from omegaconf.errors import OmegaConfBaseException
 from pydantic import ValidationError
 
-from ..composition.compose import compose, compose_raw, config_loader, plain_settings
+from ..composition.compose import compose_raw, config_loader, plain_settings, validate
 from ..composition.experiments import read_experiments, require_one_choice, variants_of
 from ..composition.hydra_private import Override, make_parser
 from ..composition.messages import explain, one_message
@@ -63,7 +63,7 @@ def make_plan(overrides: Sequence[str], multirun: bool, part: tuple[int, int] | 
     if swept and not is_sweep:
         raise ConfigError(f"{', '.join(swept)} names several runs: add -m, which makes them a sweep")
     if not is_sweep:
-        planned = (Planned(Run(compose(fixed)), tuple(fixed)),)
+        planned = (Planned(Run(validate(raw)), tuple(fixed)),)
         return Plan(planned[first - 1 :: step], False, tuple(overrides))
     # The sweeper reads its parameters first, then the command line, which wins.
     own = hydra.sweeper.params or {}

@@ -24,6 +24,7 @@ from typing import Any
 import cloudpickle
 import psutil
 
+from ..compiler import keep_kernels
 from .scratch import make_scratch_folder, start_server
 
 POLL_SECONDS = 0.05
@@ -250,6 +251,8 @@ def _child(payload: bytes, answer: str, environment: dict[str, str]) -> None:
     partial = Path(answer + ".part")
     partial.write_bytes(cloudpickle.dumps(result))
     partial.replace(answer)
+    if not isinstance(result, Exception):
+        keep_kernels()
 
 
 def _end_with_parent() -> None:

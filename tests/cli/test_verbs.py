@@ -73,6 +73,21 @@ def test_a_stand_in_becomes_its_module_when_it_is_used():
     assert done.stdout == f"{told}\n[]\nsnowrepro.store.files True\n", done.stderr
 
 
+def test_what_is_imported_is_not_looked_through_for_garbage():
+    """Neither during the import nor later; all else is, as ever."""
+    done = run_python(
+        "import gc; from snowrepro.cli.deferred import deferred_imports"
+        "\nwith deferred_imports():"
+        "\n    from snowrepro.settings import case"
+        "\ngc.set_threshold(1)"
+        "\nbefore = gc.get_stats()"
+        "\ncase = case.Case"
+        "\nprint(sum(new['collections'] - old['collections'] for old, new in zip(before, gc.get_stats())) < 100)"
+        "\nprint(gc.get_freeze_count() > 10_000, gc.isenabled())"
+    )
+    assert done.stdout == "True\nTrue True\n", done.stderr
+
+
 def test_no_verb_gives_the_help(snowrepro):
     """All verbs, as ``--help`` gives them."""
     done = snowrepro()

@@ -8,7 +8,7 @@ from ...report.figures import kinds
 from ...report.page import folder
 from ...report.sections import claims
 from ...sweep import plan as sweep_plan
-from .. import candidates, reporting, screen, sweeping
+from .. import candidates, reporting, scenes, screen, sweeping
 from ..arguments import EXITS, add_folders, add_no_report, complete_by
 
 DEFAULT_SEEDS = 3
@@ -45,7 +45,7 @@ def execute(options: argparse.Namespace) -> ExitCode:
         raise ConfigError(f"claims are not judged by '{experiment.name}', but by a strip or grid, such as fig5")
     sweep_plan.require_one_run_a_cell(plan)
     kinds.require_drawable(plan.runs)
-    sweeping.build_scenes(plan)
+    scenes.build_scenes(plan)
     sweeping.run_missing(plan)
     sweeping.write_table(plan)
     if options.no_report:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from ...errors import ExitCode
 from ...sweep import batch, todo
-from .. import candidates, costs, plans, screen, sweeping
+from .. import candidates, costs, plans, scenes, screen
 from ..arguments import SWEEP, add_folders, add_multirun, add_verify, complete_by
 
 HELP = """\
@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(options: argparse.Namespace) -> ExitCode:
     """Say what would be run and why, without running anything."""
     plan = plans.plan_sweep(options.overrides, options.multirun)
-    sweeping.check_sizes(plan)
+    scenes.check_sizes(plan)
     decided = todo.decide(plan, options.verify)
     for line in costs.describe_todo(plan, decided, costs.estimate_todo(plan, decided)):
         screen.show(line)
@@ -44,7 +44,7 @@ def execute(options: argparse.Namespace) -> ExitCode:
             detail = f" ({decision.detail})" if decision.detail and decision.detail != decision.why else ""
             screen.show(f"{decision.action:4}  {decision.planned.run.id}: {decision.why}{detail}")
     if options.sbatch:
-        sweeping.build_scenes(plan)  # what is refused is not to be submitted, nor remembered
+        scenes.build_scenes(plan)  # what is refused is not to be submitted, nor remembered
         batch.write_script(options.sbatch, plan, decided, options.tasks)
         screen.show(f"sbatch {options.sbatch}")
     return ExitCode.FINE

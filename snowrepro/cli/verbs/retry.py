@@ -8,7 +8,7 @@ from ...store import run as store_run
 from ...store import states
 from ...sweep import explain, record
 from ...sweep import plan as sweep_plan
-from .. import candidates, plans, screen, single, sweeping
+from .. import candidates, plans, scenes, screen, single, sweeping
 from ..arguments import EXITS, SWEEP, add_folders, add_needless_multirun, complete_by
 
 HELP = f"""\
@@ -44,7 +44,7 @@ def execute(options: argparse.Namespace) -> ExitCode:
         plan = record.plan_remembered(sweep, store, words[1:])
     else:
         plan = plans.plan_sweep(options.overrides, multirun=True)
-    sweeping.build_scenes(plan)
+    scenes.build_scenes(plan)
     _forget_failures(plan.runs)
     sweeping.run_missing(plan)
     return sweeping.require_results(plan)

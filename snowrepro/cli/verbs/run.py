@@ -9,7 +9,7 @@ from ...store import files
 from ...store import run as store_run
 from ...summary import columns, row
 from ...sweep import plan as sweep_plan
-from .. import candidates, plans, reporting, screen, single, sweeping
+from .. import candidates, plans, reporting, scenes, screen, single, sweeping
 from ..arguments import EXITS, add_folders, add_multirun, add_no_report, add_part, complete_by
 
 HELP = f"""\
@@ -51,7 +51,7 @@ def run_plan(plan: "sweep_plan.Plan", part: tuple[int, int] | None, is_drawn: bo
     if not plan.runs:
         screen.say("this part of the sweep has no runs")
         return ExitCode.FINE
-    sweeping.build_scenes(plan)
+    scenes.build_scenes(plan)
     if part:
         sweeping.run_missing(plan, is_whole=False)
         return sweeping.require_results(plan)
