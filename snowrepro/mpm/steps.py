@@ -264,14 +264,44 @@ def step_4_and_5_node_velocity(i, j, nodes: ti.template(), constants: ti.templat
 
 
 @ti.func
+def step_6_to_9_group(
+    group, end, part, particles: ti.template(), nodes: ti.template(), constants: ti.template(), dt, gravity
+):
+    """Steps 6 to 9 for those particles of a lane group that are before ``end``: weights first.
+
+    Returns the square of their highest speed, and how many ended inside the floor.
+    """
+    x, y = transfer.make_axis(particles, constants), transfer.make_axis(particles, constants)
+    transfer.find_axis(group, 0, x, particles, constants)
+    transfer.find_axis(group, 1, y, particles, constants)
+    top_speed2 = 0.0
+    ended_inside = 0
+    start = group * particles.lanes
+    for k in range(ti.min(particles.lanes, end - start)):
+        motion = transfer.grid_to_particle(start + k, k, x, y, part, particles, nodes, constants, dt)
+        speed2, inside = step_6_to_9_particle(start + k, motion, part, particles, nodes, constants, dt, gravity)
+        top_speed2 = ti.max(top_speed2, speed2)
+        ended_inside += inside
+    return top_speed2, ended_inside
+
+
+@ti.func
 def step_6_to_9_particle(
-    p, part, particles: ti.template(), nodes: ti.template(), constants: ti.template(), dt, gravity
+    p,
+    motion: ti.template(),
+    part,
+    particles: ti.template(),
+    nodes: ti.template(),
+    constants: ti.template(),
+    dt,
+    gravity,
 ):
     """Step 6: trial deformation.  Step 7: velocity.  Step 8: collision.  Step 9: position.
 
-    Returns the particle's speed squared, and 1 if it ended inside the floor, else 0.
+    ``motion``: what the grid gives (velocity, grad v, B).  Returns the particle's speed squared, and 1 if it ended
+    inside the floor, else 0.
     """
-    velocity, gradient, affine = transfer.grid_to_particle(p, part, particles, nodes, constants, dt)
+    velocity, gradient, affine = motion
     particles.F_E[p] = particles.F_E[p] + dt * (gradient @ particles.F_E[p])  # step 6; clamped in update_stress
     position = particles.position[p]
     mass, force = particles.mass[p], particles.force[p]
