@@ -90,8 +90,9 @@ def advance_substep(particles: ti.template(), nodes: ti.template(), ledger: ti.t
     for case in range(ledger.cases.number):
         begin_survey(case, ledger)
     for group in range(particles.lane_groups):
-        if ledger.active[ledger.cases.of_particle(group * particles.lanes)]:
-            steps.update_stress(group, particles, constants)
+        case = ledger.cases.of_particle(group * particles.lanes)
+        if ledger.active[case]:
+            steps.update_stress(group, ledger.substeps[case] == 0, particles, constants)
     for chunk in range(ledger.cases.chunks):
         case = ledger.cases.of_particle(chunk * CHUNK)
         if ledger.active[case]:
@@ -225,7 +226,7 @@ def end(
     for group in range(particles.lane_groups):
         case = ledger.cases.of_particle(group * particles.lanes)
         if chosen[case] and ledger.status[case] == RUNNING:
-            steps.update_stress(group, particles, constants)
+            steps.update_stress(group, False, particles, constants)
     for p in range(particles.slots):
         case = ledger.cases.of_particle(p)
         if chosen[case] and ledger.status[case] == RUNNING:

@@ -33,7 +33,7 @@ def advance_frame(
         under_way = True
         while under_way:
             for group in range(particles.lane_groups):  # behind the last substep too: what is stored has yielded
-                steps.update_stress(group, particles, constants)
+                steps.update_stress(group, ledger.substeps[0] == 0, particles, constants)
             under_way = steps.goes_on(0, ledger)
             if under_way:
                 survey(particles, ledger, constants)

@@ -212,7 +212,31 @@ def test_pure_shear_in_tiny_steps_is_not_lost(taichi):
 def stress_only(particles: ti.template(), numbers: ti.template()):
     ti.loop_config(serialize=True)
     for group in range(particles.lane_groups):
-        steps.update_stress(group, particles, numbers)
+        steps.update_stress(group, True, particles, numbers)
+
+
+@ti.kernel
+def stress_of_what_flowed(particles: ti.template(), numbers: ti.template()):
+    ti.loop_config(serialize=True)
+    for group in range(particles.lane_groups):
+        steps.update_stress(group, False, particles, numbers)
+
+
+def test_groups_that_did_not_flow_keep_their_hardening_to_the_bit(taichi):
+    """Of three groups one is stretched beyond the clamps, one a little and one not: the same as all done whole."""
+    numbers = constants("cubic")
+    stretch = np.repeat([1.1, 1.001, 1.0], LANES)[:, None, None]
+    given = []
+    for kernel in (stress_only, stress_of_what_flowed):
+        particles, _, _ = place(cloud(3 * LANES, dx=1.0) | {"F_E": np.tile(np.eye(2), (3 * LANES, 1, 1))})
+        stress_only(particles, numbers)
+        before = particles.read("factor")
+        particles.write("F_E", stretch * particles.read("F_E"))
+        kernel(particles, numbers)
+        given.append([particles.read(quantity.name) for quantity in particles.quantities])
+    assert (particles.read("factor") != before).tolist() == [True] * LANES + [False] * 2 * LANES
+    for whole, partial in zip(*given, strict=True):
+        np.testing.assert_array_equal(whole, partial)
 
 
 def test_time_step_follows_hardened_stiffness(taichi):
