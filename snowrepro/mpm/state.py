@@ -110,9 +110,11 @@ class Particles:
         self.lanes = lanes
         self.lane_groups = -(-count // lanes)
         self.slots = self.lane_groups * lanes
+        # Columns of memory a multiple of 4,096 bytes apart would all be kept in the same few places of the cache.
+        room = self.slots + (LANES if self.slots % 512 == 0 else 0)
         self.quantities = (*PARTICLE_STATE, *own)
         for quantity in self.quantities:
-            setattr(self, quantity.name, _field(quantity.shape, self.slots))
+            setattr(self, quantity.name, _field(quantity.shape, room))
         self.shapes = {quantity.name: quantity.shape for quantity in self.quantities}
         # The columns of each quantity, the first and that behind the last, where all stand side by side.
         ends = itertools.accumulate(map(math.prod, self.shapes.values()), initial=0)
