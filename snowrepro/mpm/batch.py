@@ -141,7 +141,7 @@ class Batch:
         self.members = [_Member(case) for case in cases]
         self.places = Cases([len(s.positions) for s in scenes], [s.node_distance.shape for s in scenes])
         lanes = LANES if cases[0].solver.device == "cpu" else 1
-        self.particles = state.Particles(self.places.slots, self.constants.material.STATE, False, lanes)
+        self.particles = state.Particles(self.places.slots, self.constants.material.STATE, lanes)
         self.nodes = state.Nodes(*_put_side_by_side(scenes, self.places), self.constants.summation == "fixed_point")
         self.ledger = state.Ledger(self.places, by_threads=True)
         own = [quantity.name for quantity in self.constants.material.STATE if quantity.stored]

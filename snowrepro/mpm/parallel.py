@@ -46,11 +46,10 @@ def find_volumes(particles: ti.template(), nodes: ti.template(), ledger: ti.temp
     """Step 2, at the first substep only: particle density on the grid and from it the volume (Stomakhin)."""
     for i, j in ti.ndrange(nodes.size[0], nodes.size[1]):
         steps.clear(i, j, nodes, constants)
-    for p in range(particles.slots):
-        case = ledger.cases.of_particle(p)
-        if p < ledger.cases.end(case):
-            transfer.find_shares(p, p, ledger.cases.part(case), particles, constants, 0.0)
-            transfer.add_shares(p, particles.shares, nodes, constants)
+    for group in range(particles.lane_groups):
+        case = ledger.cases.of_particle(group * particles.lanes)
+        part, end = ledger.cases.part(case), ledger.cases.end(case)
+        transfer.group_to_grid(group, end, part, particles, nodes, constants, 0.0)
     for i, j in ti.ndrange(nodes.size[0], nodes.size[1]):
         transfer.collect(i, j, nodes, constants)
     for p in range(particles.slots):
@@ -91,8 +90,9 @@ def advance_substep(particles: ti.template(), nodes: ti.template(), ledger: ti.t
     for case in range(ledger.cases.number):
         begin_survey(case, ledger)
     for group in range(particles.lane_groups):
-        if ledger.active[ledger.cases.of_particle(group * particles.lanes)]:
-            steps.update_stress(group, particles, constants)
+        case = ledger.cases.of_particle(group * particles.lanes)
+        if ledger.active[case]:
+            steps.update_stress(group, ledger.substeps[case] == 0, particles, constants)
     for chunk in range(ledger.cases.chunks):
         case = ledger.cases.of_particle(chunk * CHUNK)
         if ledger.active[case]:
@@ -103,11 +103,11 @@ def advance_substep(particles: ti.template(), nodes: ti.template(), ledger: ti.t
     for i, j in ti.ndrange(nodes.size[0], nodes.size[1]):
         if is_in_use(i, j, ledger):
             steps.clear(i, j, nodes, constants)
-    for p in range(particles.slots):
-        case = ledger.cases.of_particle(p)
-        if ledger.active[case] and p < ledger.cases.end(case):  # steps 1 and 3
-            transfer.find_shares(p, p, ledger.cases.part(case), particles, constants, ledger.dt[case])
-            transfer.add_shares(p, particles.shares, nodes, constants)
+    for group in range(particles.lane_groups):
+        case = ledger.cases.of_particle(group * particles.lanes)
+        if ledger.active[case]:
+            part, end, dt = ledger.cases.part(case), ledger.cases.end(case), ledger.dt[case]
+            transfer.group_to_grid(group, end, part, particles, nodes, constants, dt)  # steps 1 and 3
     if ti.static(constants.springs):
         for p in range(particles.slots):
             case = ledger.cases.of_particle(p)
@@ -123,13 +123,14 @@ def advance_substep(particles: ti.template(), nodes: ti.template(), ledger: ti.t
             case = ledger.cases.of_column(i)
             dt, gravity, damping = ledger.dt[case], ledger.gravity[case], ledger.damping[case]
             steps.step_4_and_5_node_velocity(i, j, nodes, constants, dt, gravity, damping)
-    for p in range(particles.slots):
-        case = ledger.cases.of_particle(p)
-        if ledger.active[case] and p < ledger.cases.end(case):
-            part, dt, gravity = ledger.cases.part(case), ledger.dt[case], ledger.gravity[case]
-            _, inside = steps.step_6_to_9_particle(p, part, particles, nodes, constants, dt, gravity)
+    for group in range(particles.lane_groups):
+        case = ledger.cases.of_particle(group * particles.lanes)
+        if ledger.active[case]:
+            part, end = ledger.cases.part(case), ledger.cases.end(case)
+            dt, gravity = ledger.dt[case], ledger.gravity[case]
+            _, inside = steps.step_6_to_9_group(group, end, part, particles, nodes, constants, dt, gravity)
             if inside:
-                ti.atomic_add(ledger.ended_inside[case], 1)
+                ti.atomic_add(ledger.ended_inside[case], inside)
     for chunk in range(ledger.cases.chunks):
         case = ledger.cases.of_particle(chunk * CHUNK)
         if ledger.active[case]:
@@ -225,7 +226,7 @@ def end(
     for group in range(particles.lane_groups):
         case = ledger.cases.of_particle(group * particles.lanes)
         if chosen[case] and ledger.status[case] == RUNNING:
-            steps.update_stress(group, particles, constants)
+            steps.update_stress(group, False, particles, constants)
     for p in range(particles.slots):
         case = ledger.cases.of_particle(p)
         if chosen[case] and ledger.status[case] == RUNNING:

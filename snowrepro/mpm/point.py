@@ -23,7 +23,7 @@ def update(
     ti.loop_config(serialize=True)
     for _ in range(1):
         for group in range(particles.lane_groups):
-            steps.update_stress(group, particles, constants)
+            steps.update_stress(group, True, particles, constants)
         for p in range(particles.count):
             particles.von_mises[p] = steps.von_mises(p, particles, constants)
             energies[p] = steps.elastic_energy(p, particles, constants)

@@ -33,7 +33,7 @@ def advance_frame(
         under_way = True
         while under_way:
             for group in range(particles.lane_groups):  # behind the last substep too: what is stored has yielded
-                steps.update_stress(group, particles, constants)
+                steps.update_stress(group, ledger.substeps[0] == 0, particles, constants)
             under_way = steps.goes_on(0, ledger)
             if under_way:
                 survey(particles, ledger, constants)
@@ -81,8 +81,8 @@ def advance_substep(
     part = ledger.cases.part(0)
     for i, j in ti.ndrange((low[0], high[0]), (low[1], high[1])):
         steps.clear(i, j, nodes, constants)
-    for block in range(particles.blocks):
-        transfer.block_to_grid(block, part, particles, nodes, constants, dt)  # steps 1 and 3
+    for group in range(particles.lane_groups):
+        transfer.group_to_grid(group, particles.count, part, particles, nodes, constants, dt)  # steps 1 and 3
     if ti.static(constants.springs):
         for p in range(particles.count):
             penalty.press(p, part, particles, nodes, constants, dt)
@@ -93,8 +93,8 @@ def advance_substep(
         steps.step_4_and_5_node_velocity(i, j, nodes, constants, dt, gravity, damping)
     top_speed2 = 0.0
     ended_inside = 0
-    for p in range(particles.count):
-        speed2, inside = steps.step_6_to_9_particle(p, part, particles, nodes, constants, dt, gravity)
+    for group in range(particles.lane_groups):
+        speed2, inside = steps.step_6_to_9_group(group, particles.count, part, particles, nodes, constants, dt, gravity)
         top_speed2 = ti.max(top_speed2, speed2)
         ended_inside += inside
     if ti.static(constants.indents):
@@ -110,8 +110,9 @@ def step_2_volume(particles: ti.template(), nodes: ti.template(), ledger: ti.tem
     for _ in range(1):
         for i, j in ti.ndrange(nodes.size[0], nodes.size[1]):
             steps.clear(i, j, nodes, constants)
-        for block in range(particles.blocks):
-            transfer.block_to_grid(block, ledger.cases.part(0), particles, nodes, constants, 0.0)
+        for group in range(particles.lane_groups):
+            part = ledger.cases.part(0)
+            transfer.group_to_grid(group, particles.count, part, particles, nodes, constants, 0.0)
         for i, j in ti.ndrange(nodes.size[0], nodes.size[1]):
             transfer.collect(i, j, nodes, constants)
         for p in range(particles.count):

@@ -118,7 +118,7 @@ def allocate(case: Case, scene: Scene, constants: Constants) -> tuple[state.Part
     """Particles and nodes of the scene at frame 0, undeformed and at rest."""
     in_order = constants.summation == "in_order"
     lanes = LANES if case.solver.device == "cpu" else 1
-    particles = state.Particles(len(scene.positions), constants.material.STATE, in_order, lanes)
+    particles = state.Particles(len(scene.positions), constants.material.STATE, lanes)
     particles.start(scene, case.material)
     nodes = state.Nodes(scene.node_distance, scene.node_normal, constants.summation == "fixed_point")
     ledger = state.Ledger(Cases([particles.count], [nodes.size]), by_threads=not in_order)

@@ -20,10 +20,6 @@ from .cases import LANES, Cases
 from .copies import Columns, copy_in, copy_out
 from .indenter import Indenter
 from .ledger import NODE, PARTICLE, TOTALS, accounts_of
-from .splines import MOST_NODES
-
-BLOCK = 32  # particles whose shares are worked out before they are added to the grid
-
 
 PARTICLE_STATE = (
     Quantity("position", (2,), "position", "L", lambda s, m: s.positions, stored=True),
@@ -51,8 +47,8 @@ PARTICLE_STATE = (
 SHAPES = {quantity.name: quantity.shape for quantity in PARTICLE_STATE}
 # What Particles has beside the fields of its quantities, and so none of these may be called.
 ATTRIBUTES = (
-    "count", "lanes", "lane_groups", "blocks", "slots", "quantities", "shapes", "places", "columns", "history", "books",
-    "shares", "gathered", "read", "write", "write_all", "start",
+    "count", "lanes", "lane_groups", "slots", "quantities", "shapes", "places", "columns", "history", "books",
+    "gathered", "read", "write", "write_all", "start",
 )  # fmt: skip
 
 
@@ -97,28 +93,11 @@ def _books(owner: "Particles | Nodes", keeper: str) -> tuple[Book, ...]:
 
 
 @ti.data_oriented
-class Shares:
-    """What particles give to the nodes around, in ``places``, between being found and being added to their sums.
-
-    ``base``: the first node; ``mass``; ``own``, ``along_x`` and ``along_y``: momentum and impulse as they stand in
-    ``Nodes.sums``, at the particle and by node along the axes; of each node of an axis ``weight`` and ``slope``.
-    """
-
-    def __init__(self, places: int) -> None:
-        self.base = ti.Vector.field(2, ti.i32, shape=places)
-        self.mass = ti.field(float, shape=places)
-        self.own, self.along_x, self.along_y = (ti.Vector.field(4, float, shape=places) for _ in range(3))
-        self.weight_x, self.weight_y = (ti.field(float, shape=(places, MOST_NODES)) for _ in range(2))
-        self.slope_x, self.slope_y = (ti.Vector.field(4, float, shape=(places, MOST_NODES)) for _ in range(2))
-
-
-@ti.data_oriented
 class Particles:
     """The fields of PARTICLE_STATE and of a law's ``own`` quantities as attributes.
 
     ``count`` particles, padded to whole lane groups of ``lanes`` each.  ``history``: the fields that a material law
-    changes, J_P first; ``books``: of what each cause gave in the frame; ``shares``: of a block of particles, or of all
-    of them.
+    changes, J_P first; ``books``: of what each cause gave in the frame.
     """
 
     if TYPE_CHECKING:
@@ -126,15 +105,16 @@ class Particles:
         def __getattr__(self, name: str) -> Any:
             """Return the field of a quantity."""
 
-    def __init__(self, count: int, own: tuple[Quantity, ...] = (), in_blocks: bool = True, lanes: int = LANES) -> None:
+    def __init__(self, count: int, own: tuple[Quantity, ...] = (), lanes: int = LANES) -> None:
         self.count = count
         self.lanes = lanes
         self.lane_groups = -(-count // lanes)
-        self.blocks = -(-count // BLOCK)
         self.slots = self.lane_groups * lanes
+        # Columns of memory a multiple of 4,096 bytes apart would all be kept in the same few places of the cache.
+        room = self.slots + (LANES if self.slots % 512 == 0 else 0)
         self.quantities = (*PARTICLE_STATE, *own)
         for quantity in self.quantities:
-            setattr(self, quantity.name, _field(quantity.shape, self.slots))
+            setattr(self, quantity.name, _field(quantity.shape, room))
         self.shapes = {quantity.name: quantity.shape for quantity in self.quantities}
         # The columns of each quantity, the first and that behind the last, where all stand side by side.
         ends = itertools.accumulate(map(math.prod, self.shapes.values()), initial=0)
@@ -142,7 +122,6 @@ class Particles:
         self.columns = tuple(Columns(getattr(self, q.name), q.shape, *self.places[q.name]) for q in self.quantities)
         self.history = tuple(getattr(self, name) for name in ("J_P", *(quantity.name for quantity in own)))
         self.books = _books(self, PARTICLE)
-        self.shares = Shares(BLOCK if in_blocks else count)
         self.gathered = ti.Matrix.field(5, 2, float, shape=self.slots)  # see grid_to_particle
 
     def read(self, name: str) -> np.ndarray:

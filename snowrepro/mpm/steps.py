@@ -49,41 +49,71 @@ def goes_on(case, ledger: ti.template()):
 
 
 @ti.func
-def update_stress(group, particles: ti.template(), constants: ti.template()):
+def update_stress(group, whole, particles: ti.template(), constants: ti.template()):
     """Return the trial F_E that step 6 left to the yield surface, harden, and store the stress that step 3 needs.
 
     Straight-line arithmetic over a lane group's particles into local arrays, which the compiler vectorises; writing
-    the fields in these loops would prevent it.  The factor has one of its own: its long chain of products
-    then overlaps from one particle to the next.
+    the fields in these loops would prevent it.  A group of which nothing flowed has hardened before: that is done
+    where something did, and, if asked for the ``whole``, in any case, as behind what was written between frames.
     """
     zero = lanes(particles)
-    F00, F01, F10, F11, cos, sin = zero, zero, zero, zero, zero, zero
-    positive, J_P, factor = zero, zero, zero
-    tau_xx, tau_xy, tau_yy, wave_speed2 = zero, zero, zero, zero
-    plastic, hardened = zero, zero
+    relaxed = ti.Struct(F00=zero, F01=zero, F10=zero, F11=zero, cos=zero, sin=zero, J_P=zero)
+    positive, tau_xx, tau_xy, tau_yy, wave_speed2 = zero, zero, zero, zero, zero
     for k in range(particles.lanes):
         p = group * particles.lanes + k
         trial = particles.F_E[p]
         R = elasticity.polar_rotation(trial)
         mu, lam, xi = particles.mu[p], particles.lam[p], particles.hardening[p]
         F_E, state = constants.material.relax(trial, R, read_state(p, particles), mu, lam, xi)
-        F00[k], F01[k], F10[k], F11[k] = F_E[0, 0], F_E[0, 1], F_E[1, 0], F_E[1, 1]
-        cos[k], sin[k] = R[0, 0], R[1, 0]
+        relaxed.F00[k], relaxed.F01[k], relaxed.F10[k], relaxed.F11[k] = F_E[0, 0], F_E[0, 1], F_E[1, 0], F_E[1, 1]
+        relaxed.cos[k], relaxed.sin[k] = R[0, 0], R[1, 0]
+        relaxed.J_P[k] = state[0]
         positive[k] = ti.select(trial.determinant() > 0.0, 1.0, -1.0)
-        J_P[k] = state[0]
         for s in ti.static(range(1, len(particles.history))):
             particles.history[s][p] = state[s]
-    for k in range(particles.lanes):
-        factor[k] = constants.material.factor(J_P[k], particles.hardening[group * particles.lanes + k])
+    if whole or has_flowed(group, relaxed, particles):
+        harden(group, relaxed, particles, constants)
     for k in range(particles.lanes):
         p = group * particles.lanes + k
-        F_E = ti.Matrix([[F00[k], F01[k]], [F10[k], F11[k]]])
-        R = ti.Matrix([[cos[k], -sin[k]], [sin[k], cos[k]]])
-        mu, lam = factor[k] * particles.mu[p], factor[k] * particles.lam[p]
+        F_E, R = strain_of(k, relaxed)
+        mu, lam = particles.factor[p] * particles.mu[p], particles.factor[p] * particles.lam[p]
         tau = constants.material.stress(F_E, R, mu, lam)
         stiffness = constants.material.stiffness(F_E, tau, mu, lam)
         tau_xx[k], tau_xy[k], tau_yy[k] = tau[0, 0], tau[0, 1], tau[1, 1]
         wave_speed2[k] = ti.select(positive[k] > 0.0, stiffness * particles.volume[p] / particles.mass[p], -1.0)
+    for k in range(particles.lanes):
+        p = group * particles.lanes + k
+        particles.tau[p] = ti.Matrix([[tau_xx[k], tau_xy[k]], [tau_xy[k], tau_yy[k]]])
+        particles.wave_speed2[p] = wave_speed2[k]
+
+
+@ti.func
+def has_flowed(group, relaxed: ti.template(), particles: ti.template()):
+    """Whether the yield surface changed the strain or J_P of any particle of a lane group, as NaN is always."""
+    number = 0
+    for k in range(particles.lanes):
+        p = group * particles.lanes + k
+        trial = particles.F_E[p]
+        is_first_row_same = (relaxed.F00[k] == trial[0, 0]) & (relaxed.F01[k] == trial[0, 1])
+        is_second_row_same = (relaxed.F10[k] == trial[1, 0]) & (relaxed.F11[k] == trial[1, 1])
+        is_same = is_first_row_same & is_second_row_same & (relaxed.J_P[k] == particles.J_P[p])
+        number += ti.select(is_same, 0, 1)
+    return number > 0
+
+
+@ti.func
+def harden(group, relaxed: ti.template(), particles: ti.template(), constants: ti.template()):
+    """Store the ``relaxed`` F_E and J_P of a lane group and their factor of Eq. 1; book flow and hardening.
+
+    The factor has a loop of its own: its long chain of products then overlaps from one particle to the next.
+    """
+    zero = lanes(particles)
+    factor, plastic, hardened = zero, zero, zero
+    for k in range(particles.lanes):
+        factor[k] = constants.material.factor(relaxed.J_P[k], particles.hardening[group * particles.lanes + k])
+    for k in range(particles.lanes):
+        p = group * particles.lanes + k
+        F_E, R = strain_of(k, relaxed)
         # Flow: stress on the yield surface times the plastic strain, under the mean factor.  Hardening: what it lifts.
         energy = constants.material.energy(F_E, R, particles.mu[p], particles.lam[p])
         mean = 0.5 * (particles.factor[p] + factor[k])
@@ -92,13 +122,19 @@ def update_stress(group, particles: ti.template(), constants: ti.template()):
         hardened[k] = particles.hardening_work[p] + (factor[k] - particles.factor[p]) * energy * particles.volume[p]
     for k in range(particles.lanes):
         p = group * particles.lanes + k
-        particles.F_E[p] = ti.Matrix([[F00[k], F01[k]], [F10[k], F11[k]]])
-        particles.tau[p] = ti.Matrix([[tau_xx[k], tau_xy[k]], [tau_xy[k], tau_yy[k]]])
-        particles.J_P[p] = J_P[k]
-        particles.wave_speed2[p] = wave_speed2[k]
+        particles.F_E[p], _ = strain_of(k, relaxed)
+        particles.J_P[p] = relaxed.J_P[k]
         particles.factor[p] = factor[k]
         particles.plastic_work[p] = plastic[k]
         particles.hardening_work[p] = hardened[k]
+
+
+@ti.func
+def strain_of(k, relaxed: ti.template()):
+    """F_E on the yield surface and the rotation R of place k of a lane group."""
+    F_E = ti.Matrix([[relaxed.F00[k], relaxed.F01[k]], [relaxed.F10[k], relaxed.F11[k]]])
+    R = ti.Matrix([[relaxed.cos[k], -relaxed.sin[k]], [relaxed.sin[k], relaxed.cos[k]]])
+    return F_E, R
 
 
 @ti.func
@@ -264,14 +300,44 @@ def step_4_and_5_node_velocity(i, j, nodes: ti.template(), constants: ti.templat
 
 
 @ti.func
+def step_6_to_9_group(
+    group, end, part, particles: ti.template(), nodes: ti.template(), constants: ti.template(), dt, gravity
+):
+    """Steps 6 to 9 for those particles of a lane group that are before ``end``: weights first.
+
+    Returns the square of their highest speed, and how many ended inside the floor.
+    """
+    x, y = transfer.make_axis(particles, constants), transfer.make_axis(particles, constants)
+    transfer.find_axis(group, 0, x, particles, constants)
+    transfer.find_axis(group, 1, y, particles, constants)
+    top_speed2 = 0.0
+    ended_inside = 0
+    start = group * particles.lanes
+    for k in range(ti.min(particles.lanes, end - start)):
+        motion = transfer.grid_to_particle(start + k, k, x, y, part, particles, nodes, constants, dt)
+        speed2, inside = step_6_to_9_particle(start + k, motion, part, particles, nodes, constants, dt, gravity)
+        top_speed2 = ti.max(top_speed2, speed2)
+        ended_inside += inside
+    return top_speed2, ended_inside
+
+
+@ti.func
 def step_6_to_9_particle(
-    p, part, particles: ti.template(), nodes: ti.template(), constants: ti.template(), dt, gravity
+    p,
+    motion: ti.template(),
+    part,
+    particles: ti.template(),
+    nodes: ti.template(),
+    constants: ti.template(),
+    dt,
+    gravity,
 ):
     """Step 6: trial deformation.  Step 7: velocity.  Step 8: collision.  Step 9: position.
 
-    Returns the particle's speed squared, and 1 if it ended inside the floor, else 0.
+    ``motion``: what the grid gives (velocity, grad v, B).  Returns the particle's speed squared, and 1 if it ended
+    inside the floor, else 0.
     """
-    velocity, gradient, affine = transfer.grid_to_particle(p, part, particles, nodes, constants, dt)
+    velocity, gradient, affine = motion
     particles.F_E[p] = particles.F_E[p] + dt * (gradient @ particles.F_E[p])  # step 6; clamped in update_stress
     position = particles.position[p]
     mass, force = particles.mass[p], particles.force[p]

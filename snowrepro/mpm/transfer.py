@@ -10,7 +10,6 @@ mls       moving least squares (Hu et al. 2018): APIC whose forces and velocity 
 
 from ..compiler import ti
 from . import splines
-from .state import BLOCK
 
 
 @ti.func
@@ -28,29 +27,61 @@ def add(sums: ti.template(), fixed_sums: ti.template(), node, value, quantum: ti
 
 
 @ti.func
-def block_to_grid(block, part, particles: ti.template(), nodes: ti.template(), constants: ti.template(), dt):
-    """Steps 1 and 3 for the particles of a block: all shares first, then all sums.
+def make_axis(particles: ti.template(), constants: ti.template()):
+    """Room for what ``find_axis`` finds, in local arrays with a column for each particle of a lane group.
 
-    To the same bits as particle by particle.  But the loop that adds reads its numbers side by side from memory,
-    which the compiler turns into vector instructions.
+    ``base``: the first node; of each node ``weight``, ``moment`` w_i (x_i - x_p) / dx and ``slope`` dx grad w_i.
     """
-    start = block * BLOCK
-    count = ti.min(BLOCK, particles.count - start)
-    for k in range(count):
-        find_shares(k, start + k, part, particles, constants, dt)
-    for k in range(count):
-        add_shares(k, particles.shares, nodes, constants)
+    table = ti.Matrix.zero(float, constants.nodes, particles.lanes)
+    return ti.Struct(base=ti.Vector([0] * particles.lanes), weight=table, moment=table, slope=table)
 
 
 @ti.func
-def find_shares(k, p, part, particles: ti.template(), constants: ti.template(), dt):
-    """Find what particle p gives to the nodes around in its ``part`` of them, and put it in place k of the shares.
+def find_axis(group, d: ti.template(), axis: ti.template(), particles: ti.template(), constants: ti.template()):
+    """Find weights along axis ``d`` for a lane group, in straight-line arithmetic, which the compiler vectorises."""
+    inverse_dx = 1.0 / constants.dx
+    for k in range(particles.lanes):
+        position = particles.position[group * particles.lanes + k][d]
+        base, offset = splines.stencil(position * inverse_dx, constants.spline)
+        weights = splines.weights(offset, constants.spline)
+        gradients = splines.gradients(offset, constants.spline)
+        axis.base[k] = base
+        for i in ti.static(range(constants.nodes)):
+            axis.weight[i, k] = weights[i]
+            axis.moment[i, k] = weights[i] * (i - offset)
+            axis.slope[i, k] = gradients[i]
+
+
+@ti.func
+def group_to_grid(group, end, part, particles: ti.template(), nodes: ti.template(), constants: ti.template(), dt):
+    """Steps 1 and 3 for those particles of a lane group that are before ``end``: weights first, then all sums."""
+    x, y = make_axis(particles, constants), make_axis(particles, constants)
+    find_axis(group, 0, x, particles, constants)
+    find_axis(group, 1, y, particles, constants)
+    start = group * particles.lanes
+    for k in range(ti.min(particles.lanes, end - start)):
+        particle_to_grid(start + k, k, x, y, part, particles, nodes, constants, dt)
+
+
+@ti.func
+def particle_to_grid(
+    p,
+    k,
+    x: ti.template(),
+    y: ti.template(),
+    part,
+    particles: ti.template(),
+    nodes: ti.template(),
+    constants: ti.template(),
+    dt,
+):
+    """Add what particle p, place k of its lane group, gives to the nodes around in its ``part`` of them.
 
     Mass and momentum (step 1) and the impulse of forces (step 3): momentum_i = w_i m (v + B D^-1 (x_i - x_p)) and
-    impulse_i = dt (w_i m b - V tau grad w_i), where mls has w_i D^-1 (x_i - x_p) in place of grad w_i.
+    impulse_i = dt (w_i m b - V tau grad w_i), where mls has w_i D^-1 (x_i - x_p) in place of grad w_i.  Node base +
+    (i, j) gets w_i w_j own + s_i w_j along_x + w_i s_j along_y, all components side by side, as in ``nodes.sums``.
     """
     inverse_dx = 1.0 / constants.dx
-    base, offset = splines.stencil(particles.position[p] * inverse_dx, constants.spline)
     m = particles.mass[p]
     momentum = m * particles.velocity[p]
     impulse = (dt * m) * particles.force[p]
@@ -58,46 +89,27 @@ def find_shares(k, p, part, particles: ti.template(), constants: ti.template(), 
     stress = particles.tau[p] * (-dt * inverse_dx * particles.volume[p])
     if ti.static(constants.transfer == "mls"):
         stress *= 1.0 / constants.inertia
-
-    particles.shares.base[k] = ti.Vector([part[0] + base[0], base[1]])
-    particles.shares.mass[k] = m
-    particles.shares.own[k] = ti.Vector([momentum[0], momentum[1], impulse[0], impulse[1]])
-    particles.shares.along_x[k] = ti.Vector([affine[0, 0], affine[1, 0], stress[0, 0], stress[1, 0]])
-    particles.shares.along_y[k] = ti.Vector([affine[0, 1], affine[1, 1], stress[0, 1], stress[1, 1]])
-    find_axis_shares(k, offset[0], particles.shares.weight_x, particles.shares.slope_x, constants)
-    find_axis_shares(k, offset[1], particles.shares.weight_y, particles.shares.slope_y, constants)
-
-
-@ti.func
-def find_axis_shares(k, offset, weight: ti.template(), slope: ti.template(), constants: ti.template()):
-    """Put weights and slopes of the nodes of one axis in place k; slopes are by what stands in ``nodes.sums``."""
-    weights = splines.weights(offset, constants.spline)
-    gradients = splines.gradients(offset, constants.spline)
+    own = ti.Vector([momentum[0], momentum[1], impulse[0], impulse[1]])
+    along_x = ti.Vector([affine[0, 0], affine[1, 0], stress[0, 0], stress[1, 0]])
+    along_y = ti.Vector([affine[0, 1], affine[1, 1], stress[0, 1], stress[1, 1]])
     for i in ti.static(range(constants.nodes)):
-        moment = weights[i] * (i - offset)
-        force = moment if ti.static(constants.transfer == "mls") else gradients[i]
-        weight[k, i] = weights[i]
-        slope[k, i] = ti.Vector([moment, moment, force, force])
+        w = x.weight[i, k]
+        mass = w * m
+        even = w * own + slopes(x, i, k, constants) * along_x
+        odd = w * along_y
+        for j in ti.static(range(constants.nodes)):
+            node = ti.Vector([part[0] + x.base[k] + i, y.base[k] + j])
+            add(nodes.mass, nodes.fixed_mass, node, mass * y.weight[j, k], constants.mass_quantum, constants)
+            share = even * y.weight[j, k] + odd * slopes(y, j, k, constants)
+            add(nodes.sums, nodes.fixed_sums, node, share, constants.momentum_quantum, constants)
 
 
 @ti.func
-def add_shares(k, shares: ti.template(), nodes: ti.template(), constants: ti.template()):
-    """Add the shares in place k to the sums of nodes, all components side by side.
-
-    Node base + (i, j) gets w_i w_j own + s_i w_j along_x + w_i s_j along_y, with weights w and slopes s.
-    """
-    base = shares.base[k]
-    for i in range(constants.nodes):
-        w = shares.weight_x[k, i]
-        mass = w * shares.mass[k]
-        even = w * shares.own[k] + shares.slope_x[k, i] * shares.along_x[k]
-        odd = w * shares.along_y[k]
-        for j in ti.static(range(constants.nodes)):
-            node = ti.Vector([base[0] + i, base[1] + j])
-            w_y = shares.weight_y[k, j]
-            add(nodes.mass, nodes.fixed_mass, node, mass * w_y, constants.mass_quantum, constants)
-            share = even * w_y + odd * shares.slope_y[k, j]
-            add(nodes.sums, nodes.fixed_sums, node, share, constants.momentum_quantum, constants)
+def slopes(axis: ti.template(), i: ti.template(), k, constants: ti.template()):
+    """By what momentum and impulse of node i grow along an axis, as they stand in ``nodes.sums``."""
+    moment = axis.moment[i, k]
+    force = moment if ti.static(constants.transfer == "mls") else axis.slope[i, k]
+    return ti.Vector([moment, moment, force, force])
 
 
 @ti.func
@@ -109,8 +121,18 @@ def collect(i, j, nodes: ti.template(), constants: ti.template()):
 
 
 @ti.func
-def grid_to_particle(p, part, particles: ti.template(), nodes: ti.template(), constants: ti.template(), dt):
-    """Return (velocity, grad v, B) at particle p from the node velocities.
+def grid_to_particle(
+    p,
+    k,
+    x: ti.template(),
+    y: ti.template(),
+    part,
+    particles: ti.template(),
+    nodes: ti.template(),
+    constants: ti.template(),
+    dt,
+):
+    """Return (velocity, grad v, B) at particle p, place k of its lane group, from the node velocities.
 
     velocity = sum w_i v_i (step 7), or by pic_flip (1 - flip) of that and ``flip`` of the particle's own
     plus the nodes' change (where ``pic_rate`` is set: what it keeps in a time, and not in a step);
@@ -118,30 +140,25 @@ def grid_to_particle(p, part, particles: ti.template(), nodes: ti.template(), co
     B = sum w_i v_i (x_i - x_p)^T (APIC's affine matrix), zero by pic_flip.
     """
     inverse_dx = 1.0 / constants.dx
-    base, offset = splines.stencil(particles.position[p] * inverse_dx, constants.spline)
-    wx = splines.weights(offset[0], constants.spline)
-    wy = splines.weights(offset[1], constants.spline)
-    gx = splines.gradients(offset[0], constants.spline) * inverse_dx
-    gy = splines.gradients(offset[1], constants.spline) * inverse_dx
-
     zero = ti.Vector([0.0, 0.0])
     velocity, slope_x, slope_y, moment_x, moment_y = zero, zero, zero, zero, zero
     old_velocity = zero
     for i in ti.static(range(constants.nodes)):
         column, column_slope, column_moment, old_column = zero, zero, zero, zero
         for j in ti.static(range(constants.nodes)):
-            v = nodes.velocity[part[0] + base[0] + i, base[1] + j]
-            column += wy[j] * v
-            column_slope += gy[j] * v
-            column_moment += (wy[j] * (j - offset[1])) * v
+            node = ti.Vector([part[0] + x.base[k] + i, y.base[k] + j])
+            v = nodes.velocity[node]
+            column += y.weight[j, k] * v
+            column_slope += (y.slope[j, k] * inverse_dx) * v
+            column_moment += y.moment[j, k] * v
             if ti.static(constants.transfer == "pic_flip"):
-                old_column += wy[j] * nodes.old_velocity[part[0] + base[0] + i, base[1] + j]
-        velocity += wx[i] * column
-        old_velocity += wx[i] * old_column
-        slope_x += gx[i] * column
-        slope_y += wx[i] * column_slope
-        moment_x += (wx[i] * (i - offset[0])) * column
-        moment_y += wx[i] * column_moment
+                old_column += y.weight[j, k] * nodes.old_velocity[node]
+        velocity += x.weight[i, k] * column
+        old_velocity += x.weight[i, k] * old_column
+        slope_x += (x.slope[i, k] * inverse_dx) * column
+        slope_y += x.weight[i, k] * column_slope
+        moment_x += x.moment[i, k] * column
+        moment_y += x.weight[i, k] * column_moment
     # Nothing reads this: adjacent stores are where the compiler starts to look for vectors.
     particles.gathered[p] = ti.Matrix.rows([velocity, slope_x, slope_y, moment_x, moment_y])
     gradient = ti.Matrix.cols([slope_x, slope_y])

@@ -7,10 +7,10 @@ from snowrepro.compiler import ti
 from snowrepro.composition.compose import compose
 from snowrepro.errors import Diverged
 from snowrepro.mpm import serial, solver, steps, transfer
-from snowrepro.mpm.cases import Cases
+from snowrepro.mpm.cases import LANES, Cases
 from snowrepro.mpm.constants import Constants, make_constants
 from snowrepro.mpm.frame import check_outcome, read_outcomes
-from snowrepro.mpm.state import BLOCK, Ledger, Nodes, Particles
+from snowrepro.mpm.state import Ledger, Nodes, Particles
 from tests import twin
 
 SIZE = (40, 36)
@@ -45,9 +45,9 @@ def cloud(count: int, dx: float, seed: int = 0) -> dict[str, np.ndarray]:
     }
 
 
-def place(state: dict[str, np.ndarray], far: float = 100.0) -> tuple[Particles, Nodes, Ledger]:
+def place(state: dict[str, np.ndarray], far: float = 100.0, lanes: int = LANES) -> tuple[Particles, Nodes, Ledger]:
     """The state on a grid without a floor in reach."""
-    particles = Particles(len(state["mass"]))
+    particles = Particles(len(state["mass"]), lanes=lanes)
     for name, values in state.items():
         particles.write(name, values)
     nodes = Nodes(np.full(SIZE, far), np.tile([0.0, 1.0], (*SIZE, 1)))
@@ -57,26 +57,26 @@ def place(state: dict[str, np.ndarray], far: float = 100.0) -> tuple[Particles, 
 @ti.kernel
 def scatter(particles: ti.template(), nodes: ti.template(), numbers: ti.template(), dt: ti.f64):
     ti.loop_config(serialize=True)
-    for block in range(particles.blocks):
-        transfer.block_to_grid(block, ti.Vector(WHOLE), particles, nodes, numbers, dt)
-
-
-@ti.kernel
-def scatter_one_by_one(particles: ti.template(), nodes: ti.template(), numbers: ti.template(), dt: ti.f64):
-    ti.loop_config(serialize=True)
-    for p in range(particles.count):
-        transfer.find_shares(0, p, ti.Vector(WHOLE), particles, numbers, dt)
-        transfer.add_shares(0, particles.shares, nodes, numbers)
+    for group in range(particles.lane_groups):
+        transfer.group_to_grid(group, particles.count, ti.Vector(WHOLE), particles, nodes, numbers, dt)
 
 
 @ti.kernel
 def gather(particles: ti.template(), nodes: ti.template(), numbers: ti.template()):
     ti.loop_config(serialize=True)
-    for p in range(particles.count):
-        velocity, gradient, affine = transfer.grid_to_particle(p, ti.Vector(WHOLE), particles, nodes, numbers, 0.0)
-        particles.velocity[p] = velocity
-        particles.tau[p] = gradient
-        particles.affine[p] = affine
+    for group in range(particles.lane_groups):
+        x, y = transfer.make_axis(particles, numbers), transfer.make_axis(particles, numbers)
+        transfer.find_axis(group, 0, x, particles, numbers)
+        transfer.find_axis(group, 1, y, particles, numbers)
+        start = group * particles.lanes
+        for k in range(ti.min(particles.lanes, particles.count - start)):
+            p = start + k
+            velocity, gradient, affine = transfer.grid_to_particle(
+                p, k, x, y, ti.Vector(WHOLE), particles, nodes, numbers, 0.0
+            )
+            particles.velocity[p] = velocity
+            particles.tau[p] = gradient
+            particles.affine[p] = affine
 
 
 @pytest.mark.parametrize("spline", SPLINES)
@@ -117,14 +117,18 @@ def test_internal_force_adds_no_momentum(taichi, spline):
 
 @pytest.mark.parametrize("transfer", ["apic", "mls"])
 @pytest.mark.parametrize("spline", SPLINES)
-def test_blocks_give_the_bits_of_single_particles(taichi, spline, transfer):
-    """Several blocks, the last of them not full, against the particles one by one."""
+def test_lane_groups_give_the_bits_of_single_particles(taichi, spline, transfer):
+    """Several groups, the last of them not full, against groups of one: on the nodes, and back."""
     given = []
-    for kernel in (scatter, scatter_one_by_one):
-        particles, nodes, _ = place(cloud(2 * BLOCK + 5, dx=0.5))
+    numbers = constants(spline, dx=0.5, transfer=transfer)
+    for lanes in (LANES, 1):
+        particles, nodes, _ = place(cloud(2 * LANES + 5, dx=0.5), lanes=lanes)
         particles.write("tau", np.random.default_rng(2).normal(0, 1e4, (particles.count, 2, 2)))
-        kernel(particles, nodes, constants(spline, dx=0.5, transfer=transfer), 1e-3)
-        given.append((nodes.mass.to_numpy(), nodes.sums.to_numpy()))
+        nodes.velocity.from_numpy(np.random.default_rng(3).normal(0, 1, (*SIZE, 2)))
+        scatter(particles, nodes, numbers, 1e-3)
+        move(particles, nodes, numbers, 1e-3)
+        moved = [particles.read(name) for name in ("position", "velocity", "affine", "F_E")]
+        given.append((nodes.mass.to_numpy(), nodes.sums.to_numpy(), *moved))
     assert given[0][0].any()
     for one, other in zip(*given, strict=True):
         np.testing.assert_array_equal(one, other)
@@ -208,7 +212,31 @@ def test_pure_shear_in_tiny_steps_is_not_lost(taichi):
 def stress_only(particles: ti.template(), numbers: ti.template()):
     ti.loop_config(serialize=True)
     for group in range(particles.lane_groups):
-        steps.update_stress(group, particles, numbers)
+        steps.update_stress(group, True, particles, numbers)
+
+
+@ti.kernel
+def stress_of_what_flowed(particles: ti.template(), numbers: ti.template()):
+    ti.loop_config(serialize=True)
+    for group in range(particles.lane_groups):
+        steps.update_stress(group, False, particles, numbers)
+
+
+def test_groups_that_did_not_flow_keep_their_hardening_to_the_bit(taichi):
+    """Of three groups one is stretched beyond the clamps, one a little and one not: the same as all done whole."""
+    numbers = constants("cubic")
+    stretch = np.repeat([1.1, 1.001, 1.0], LANES)[:, None, None]
+    given = []
+    for kernel in (stress_only, stress_of_what_flowed):
+        particles, _, _ = place(cloud(3 * LANES, dx=1.0) | {"F_E": np.tile(np.eye(2), (3 * LANES, 1, 1))})
+        stress_only(particles, numbers)
+        before = particles.read("factor")
+        particles.write("F_E", stretch * particles.read("F_E"))
+        kernel(particles, numbers)
+        given.append([particles.read(quantity.name) for quantity in particles.quantities])
+    assert (particles.read("factor") != before).tolist() == [True] * LANES + [False] * 2 * LANES
+    for whole, partial in zip(*given, strict=True):
+        np.testing.assert_array_equal(whole, partial)
 
 
 def test_time_step_follows_hardened_stiffness(taichi):
@@ -262,8 +290,8 @@ def test_what_stops_being_finite_is_a_failure(taichi, small_config, name, value)
 @ti.kernel
 def move(particles: ti.template(), nodes: ti.template(), numbers: ti.template(), dt: ti.f64):
     ti.loop_config(serialize=True)
-    for p in range(particles.count):
-        steps.step_6_to_9_particle(p, ti.Vector(WHOLE), particles, nodes, numbers, dt, 10.0)
+    for group in range(particles.lane_groups):
+        steps.step_6_to_9_group(group, particles.count, ti.Vector(WHOLE), particles, nodes, numbers, dt, 10.0)
 
 
 def test_what_the_floor_does_to_a_particle_is_booked(taichi):

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.usefixtures("taichi")
 def update_stress(particles: ti.template(), constants: ti.template()):
     ti.loop_config(serialize=True)
     for group in range(particles.lane_groups):
-        steps.update_stress(group, particles, constants)
+        steps.update_stress(group, True, particles, constants)
 
 
 class Points:
