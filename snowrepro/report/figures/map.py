@@ -242,7 +242,8 @@ def draw_region(mapped: ImpactMap, choices: pd.DataFrame, readings: pd.DataFrame
         Patch(facecolor=colour, edgecolor="0.5", lw=0.5, label=label)
         for colour, label in ((NONE, "no choice"), (UNKNOWN, "not known"))
     ]
-    _add_legend(figure, [*patches, *_list_marks(), *_list_outcomes(mapped)], letters)
+    sintered = ImpactMap(mapped.table[mapped.table["arm"] == ARMS[0]])
+    _add_legend(figure, [*patches, *_list_marks(), *_list_outcomes(sintered)], letters)
     save_figure(figure, path)
 
 
