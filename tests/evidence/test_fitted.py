@@ -90,7 +90,7 @@ def test_a_reading_without_all_runs_is_not_ranked():
     ("loose", "words"),
     [
         (1.0, "2 of 2 readings keep all 5 sentences of the paper: 'as in Figure 5' and"),
-        (0.2, "No reading keeps all 5 sentences of the paper, with whichever three pressures: of 2 all keep 3"),
+        (0.2, "No reading keeps all 5 sentences of the paper, with whichever three pressures; all 2 keep 3: 'as"),
     ],
 )
 def test_the_verdict_says_whether_any_reading_keeps_all(loose, words, tmp_path):

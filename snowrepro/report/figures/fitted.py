@@ -26,6 +26,7 @@ from .kinds import FigureKind
 PICTURE, CSV, RUNS = "fitted.png", "fitted.csv", "fitted-runs.csv"
 SHADES = "viridis"
 LOOSE = "loose_fraction"
+MOST_NAMED = 4  # readings in a sentence
 
 
 @dataclass(frozen=True)
@@ -75,15 +76,14 @@ def write_verdict(fitting: Fitting) -> str:
     if not ranked:
         return f"No reading has three pressures with all runs, so none is chosen. {runs}"
     chosen, best = ranked[0], [each for each in fitting.readings if each.known and each.kept == ranked[0].kept]
-    most = f"{chosen.kept} of the paper's {fitting.sentences} sentences"
     names = join_names([f"'{describe_change(each.changes)}'" for each in best], "and")
     if chosen.kept == fitting.sentences:
         first = f"{len(best)} of {len(ranked)} readings keep all {fitting.sentences} sentences of the paper: {names}"
     else:
-        keep = f"{len(best)} keep" if len(best) < len(ranked) else "all keep"
+        keep = f"{len(best)} of {len(ranked)} keep" if len(best) < len(ranked) else f"all {len(ranked)} keep"
         first = (
-            f"No reading keeps all {fitting.sentences} sentences of the paper, with whichever three pressures: of "
-            f"{len(ranked)} {keep} {most}{f' ({names})' if len(best) <= 4 else ''}"
+            f"No reading keeps all {fitting.sentences} sentences of the paper, with whichever three pressures; "
+            f"{keep} {chosen.kept}{f': {names}' if len(best) <= MOST_NAMED else ''}"
         )
     same = not chosen.changes
     second = "The rule chooses the base" if same else f"The rule chooses '{describe_change(chosen.changes)}'"
@@ -159,6 +159,7 @@ def draw_readings(fitting: Fitting, path: Path) -> None:
         np.arange(count) + 0.5, [describe_change(each.changes) for each in fitting.readings], fontsize=letters
     )
     axes[0].invert_yaxis()
+    axes[-1].text(len(fitting.pressures) + 0.2, -0.3, "kept", fontsize=letters)
     for row, reading in enumerate(fitting.readings):
         words = f"{reading.kept} of {fitting.sentences}" if reading.known else "-"
         axes[-1].text(len(fitting.pressures) + 0.2, row + 0.5, words, va="center", fontsize=letters)
@@ -170,7 +171,10 @@ def draw_readings(fitting: Fitting, path: Path) -> None:
 
 def _name_pressures(ax: Axes, pressures: Sequence[float], letters: float) -> None:
     """Name the lowest and the highest pressure below a panel."""
-    ax.set_xticks([0.5, len(pressures) - 0.5], [f"{pressures[0]:g}", f"{pressures[-1]:g}"], fontsize=letters)
+    ends = {"left": (0.0, pressures[0]), "right": (len(pressures), pressures[-1])}  # so that no two panels' meet
+    names = ax.set_xticks([place for place, _ in ends.values()], [f"{value:g}" for _, value in ends.values()])
+    for side, name in zip(ends, names, strict=True):
+        name.label1.set(ha=side, fontsize=letters)
     ax.tick_params(length=0)
 
 
