@@ -9,7 +9,7 @@ from snowrepro.settings.question import Experiment
 from snowrepro.sweep.plan import make_plan
 
 JUDGED = {"strip", "grid"}
-WITHOUT_RUNS = {"shapes", "floors", "parameters"}
+WITHOUT_RUNS = {"audit", "shapes", "floors", "parameters"}
 
 
 def kind_of(picture: str) -> FigureKind:
