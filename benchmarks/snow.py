@@ -87,5 +87,6 @@ def _compose_case(scene: str, spline: str, dx: float, width: float, frame_time: 
             f"loading.frame_time={frame_time or usual.loading.frame_time * dx}",
             f"floor.width={usual.floor.width * width}",
             f"floor.drop_x={usual.floor.drop_x}",
+            f"output.every={usual.loading.frames}",  # nothing is stored; with a million particles it would be refused
         ]
     ).case

@@ -12,7 +12,7 @@ from pathlib import Path
 import tables
 from cases import BenchmarkCase, Measurement, measure_together
 
-SPLINES = ("quadratic", "cubic")
+SPLINES = ("cubic", "quadratic")  # the default first
 SCENES = {"ball_on_L": "A ball on a floor", "star_on_square": "A star on a square floor"}
 CODES = {
     scene: [

@@ -66,6 +66,17 @@ def test_a_case_runs_in_a_process(code):
     assert all(measured.rate > 0 and measured.megabytes > 0 for measured in measure_together([case, case]))
 
 
+def test_the_largest_case_of_the_table_of_sizes_is_no_larger_than_is_allowed():
+    """A million particles: nothing of them is built here."""
+    import speed
+    from snow import _compose_case
+
+    from snowrepro.scene.build import check_size
+
+    finest = min(case.dx for case in speed.SIZES)
+    check_size(_compose_case("ball_on_L", "cubic", finest, 1.0, None))
+
+
 @pytest.mark.nightly
 def test_the_sweeps_are_measured():
     """In small."""
