@@ -71,6 +71,15 @@ class Fitting:
         known = [each for each in self.readings if each.known]
         return sorted(known, key=lambda each: (-each.kept, -len(each.definitions), -each.share))  # stable: base first
 
+    def measure_moves(self) -> pd.Series:
+        """Measure by how much each reading moves the mass in lumps of sintered snow from that of the base.
+
+        Without sign, the mean over the pressures at which both have a result; NaN without any.  The larger, the more a
+        reader who wants the same snow has to know it.
+        """
+        lumps = self.spread("sintered", LUMPS)
+        return (lumps - lumps.loc[0]).abs().mean(axis=1)
+
     def spread(self, arm: str, measure: str) -> pd.DataFrame:
         """Spread a measure of an arm over (reading, pressure), both in order; NaN without a result."""
         own = self.table[self.table["arm"] == arm].astype({measure: float})

@@ -78,6 +78,15 @@ def test_the_rule_goes_by_sentences_then_definitions_then_threes():
     )
 
 
+def test_how_far_a_reading_moves_lumps_is_a_mean_over_pressures():
+    """Without sign; of those at which it has a result."""
+    gaps = build_rows(2, RISING, 1.0)
+    for row in gaps:
+        row["lump_fraction"] = np.nan if row["pressure"] > 100 else 0.3
+    moves = fit(build_rows(0, RISING, 1.0), build_rows(1, FLAT, 1.0), gaps).measure_moves()
+    assert moves.tolist() == pytest.approx([0.0, (0.2 + 0.5 + 0.8) / 4, 0.2])
+
+
 def test_a_reading_without_all_runs_is_not_ranked():
     rows = build_rows(1, RISING, 1.0)
     for row in rows[1:]:

@@ -1,5 +1,6 @@
 """Which reading?  What becomes of the snow by reading and pressure, and how many sentences of the paper each keeps."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -51,7 +52,8 @@ def report(evidence: Evidence) -> FigureContent:
     if evidence.table.empty:
         return NO_RESULT
     fitting = fit_readings(evidence)
-    rows = pd.DataFrame([_make_row(each, fitting) for each in fitting.readings])
+    moves = fitting.measure_moves()
+    rows = pd.DataFrame([_make_row(each, fitting) for each in fitting.readings]).assign(moves=moves)
     for table, name in ((rows, CSV), (fitting.table, RUNS)):
         make_cells(table).to_csv(evidence.folder / name, index=False, float_format="%.6g", lineterminator="\n")
     draw_readings(fitting, evidence.folder / PICTURE)
@@ -64,7 +66,9 @@ def report(evidence: Evidence) -> FigureContent:
         "sentences hold together at the best three of the pressures.",
         data=RUNS,
     )
-    shown = pd.DataFrame([_make_shown_row(each, fitting) for each in fitting.readings])
+    shown = pd.DataFrame(
+        [_make_shown_row(each, fitting, move) for each, move in zip(fitting.readings, moves, strict=True)]
+    )
     blocks: list[Block] = [picture, Table(shown, _explain_columns(fitting, evidence), CSV)]
     return FigureContent(blocks, write_verdict(fitting))
 
@@ -115,8 +119,8 @@ def _make_row(reading: FittedReading, fitting: Fitting) -> dict[str, object]:
     }
 
 
-def _make_shown_row(reading: FittedReading, fitting: Fitting) -> dict[str, object]:
-    """Make the row of a reading for a page."""
+def _make_shown_row(reading: FittedReading, fitting: Fitting, move: float) -> dict[str, object]:
+    """Make the row of a reading for a page.  ``move``: of ``Fitting.measure_moves``."""
     best = f"at {', '.join(f'{pressure:g}' for pressure in reading.best)}"
     kept = f"{reading.kept} of {fitting.sentences} {best}" if reading.known else "not known"
     return {
@@ -125,6 +129,7 @@ def _make_shown_row(reading: FittedReading, fitting: Fitting) -> dict[str, objec
         "threes": f"{reading.reach} of {reading.known}",
         "definitions": escape(", ".join(reading.definitions)) or "none",
         "P50": reading.half.note or format_bracket(reading.half),
+        "moves lumps by": "-" if math.isnan(move) or not reading.changes else f"{move:.2f}",
         "held by no three": escape(", ".join(reading.never)) or "-",
         "setting": format_code(name_changes(reading.changes)) if reading.changes else "-",
     }
@@ -137,8 +142,9 @@ def _explain_columns(fitting: Fitting, evidence: Evidence) -> str:
         "the first three that do; powder has to come loose. Threes: how many keep as many, of those with all runs. "
         f"Definitions: of a lump, of {join_names(list(DEFINITIONS), 'and')}, those by which C1 to C5 hold at some "
         f"three. P50: between which pressures [{evidence.pressure_unit}] half of the mass is in lumps with sintering. "
-        "Held by no three: claims that the numbers of every three disagree with. One seed agrees or disagrees; it "
-        "proves nothing."
+        "Moves lumps by: the mean over the pressures, without sign, beside Figure 5; what moves them most a reader has "
+        "to know first. Held by no three: claims that the numbers of every three disagree with. One seed agrees or "
+        "disagrees; it proves nothing."
     )
 
 
