@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..settings.question import Claim
-from .claims import CONTRADICTED, REPRODUCED, Verdict
+from .claims import CONTRADICTED, NOT_RUN, REPRODUCED, Verdict
 from .gather import Evidence
 
 HOLDS, ONLY_IF, NOT, OPEN = "holds", "holds only if", "does not hold", "not decided"
@@ -51,9 +51,10 @@ def answer_claims(judged: Sequence[Evidence]) -> list[Answer]:
 
 
 def find_verdicts(claim: Claim, evidence: Evidence) -> list[Finding]:
-    """Find the verdicts of an experiment on a claim: of each of its scenes, or the one over all."""
+    """Find the verdicts of an experiment on a claim: of each of its scenes, or the one over all, if it has others."""
     if claim.test == "scenes":
-        return [Finding("other scenes", verdict) for verdict in evidence.over_scenes if verdict.claim == claim.name]
+        judged = [verdict for verdict in evidence.over_scenes if verdict.claim == claim.name]
+        return [Finding("other scenes", verdict) for verdict in judged if verdict.word != NOT_RUN]
     name = f"{evidence.experiment.figure}, " if evidence.experiment.figure else ""
     return [Finding(f"{name}{scene.name}", scene.verdict(claim.name)) for scene in evidence.scenes]
 
