@@ -60,6 +60,14 @@ def bracket_half(blocks: pd.DataFrame) -> Crossing:
     return Crossing(below[-1] if below else None, above[-1] if above else None, len(blocks), note)
 
 
+def bracket_half_of_runs(table: pd.DataFrame) -> Crossing:
+    """Bracket P50 by the rows of the runs of one arm: pressure, seed and lump_fraction, NaN without a result."""
+    lumps = table.astype({"lump_fraction": float}).pivot_table(
+        index="seed", columns="pressure", values="lump_fraction", dropna=False
+    )
+    return bracket_half(lumps) if lumps.notna().any(axis=None) else Crossing(note="no runs")
+
+
 def _find_crossing(curve: pd.Series, target: float) -> float | None:
     """Find the pressure at which a rising curve first reaches a target; None where the curve does not cross it."""
     values, logs = curve.to_numpy(), np.log(curve.index.to_numpy(dtype=float))

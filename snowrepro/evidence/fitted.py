@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import pandas as pd
 
+from ..settings.case import ARMS
 from ..settings.question import Claim, Claims
-from .calibration import Crossing, bracket_half
+from .calibration import Crossing, bracket_half_of_runs
 from .choices import BY_LUMPS, CHOICE, LUMPS, judge_choices, list_judged
 from .gather import Evidence
 from .variants import Changes, list_changes
@@ -77,7 +78,7 @@ class Fitting:
         Without sign, the mean over the pressures at which both have a result; NaN without any.  The larger, the more a
         reader who wants the same snow has to know it.
         """
-        lumps = self.spread("sintered", LUMPS)
+        lumps = self.spread(ARMS[0], LUMPS)
         return (lumps - lumps.loc[0]).abs().mean(axis=1)
 
     def spread(self, arm: str, measure: str) -> pd.DataFrame:
@@ -148,8 +149,6 @@ def _fit_reading(
         pd.Series(0, whole.index),
     )
     best = whole[kept == kept.max()]
-    sintered = table[table["arm"] == "sintered"].astype({LUMPS: float})
-    lumps = sintered.pivot_table(index="seed", columns="pressure", values=LUMPS, dropna=False)
     return FittedReading(
         changes=changes,
         kept=int(kept.max()) if len(whole) else 0,
@@ -157,6 +156,6 @@ def _fit_reading(
         reach=len(best),
         known=len(whole),
         definitions=tuple(definitions),
-        half=bracket_half(lumps) if lumps.notna().any(axis=None) else Crossing(note="no runs"),
+        half=bracket_half_of_runs(table[table["arm"] == ARMS[0]]),
         never=tuple(name for name in names if len(whole) and not whole[name].eq(True).any()),
     )

@@ -10,7 +10,7 @@ import pandas as pd
 from ..composition.compose import compose
 from ..store import states
 from ..summary.scales import measure_scales
-from .calibration import Crossing, bracket_half
+from .calibration import Crossing, bracket_half_of_runs
 from .choices import CHOICE
 from .collect import CollectedSweep
 
@@ -65,9 +65,7 @@ class ImpactMap:
     def bracket_half(self, floor: str, arm: str, impact: float) -> Crossing:
         """Bracket the pressure at which half of the mass is in lumps, at an impact number."""
         t = self.table
-        own = t[(t["floor"] == floor) & (t["arm"] == arm) & (t[IMPACT] == impact)].astype({LUMPS: float})
-        lumps = own.pivot_table(index="seed", columns="pressure", values=LUMPS, dropna=False)
-        return bracket_half(lumps) if lumps.notna().any(axis=None) else Crossing(note="no runs")
+        return bracket_half_of_runs(t[(t["floor"] == floor) & (t["arm"] == arm) & (t[IMPACT] == impact)])
 
 
 def tabulate_map(sweep: CollectedSweep) -> ImpactMap:

@@ -223,7 +223,7 @@ def report(evidence: Evidence) -> FigureContent:
             "place": f"{number}. {item.title}",
             "the paper": item.paper,
             "what it comes to": _fill(item.number, findings[item.finding]),
-            "what it does to Figure 5": _describe_trial(item),
+            "what tries it on Figure 5": _describe_trial(item),
         }
         for number, item in enumerate(ITEMS, 1)
     ]

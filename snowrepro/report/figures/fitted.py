@@ -92,8 +92,8 @@ def write_verdict(fitting: Fitting) -> str:
     same = not chosen.changes
     second = "The rule chooses the base" if same else f"The rule chooses '{describe_change(chosen.changes)}'"
     by = f", which keeps C1 to C5 by {len(chosen.definitions)} of {len(DEFINITIONS)} definitions of a lump"
-    never = join_names(_list_never(ranked), "and")
-    lost = f" {never} {'hold' if len(_list_never(ranked)) > 1 else 'holds'} under no reading." if never else ""
+    never = _list_never(ranked)
+    lost = f" {join_names(never, 'and')} {'hold' if len(never) > 1 else 'holds'} under no reading." if never else ""
     return f"{first}. {second}{by}.{lost} {runs}"
 
 
