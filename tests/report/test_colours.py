@@ -1,12 +1,15 @@
 """The colours of lumps, crushed and loose snow: who can tell them apart, and which lumps have the same."""
 
 from itertools import combinations
+from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.image import imread
 
-from snowrepro.report.drawing.common import FLOOR, SKY
+from snowrepro.report.drawing.common import DPI, FLOOR, SINTERED, SKY, SNOW, save_figure
 from snowrepro.report.drawing.states import CRUSHED, LOOSE, LUMPS, colour_fragments, find_lumps_beside
 from snowrepro.summary.classify import classify
 from tests.analysis.bodies import break_apart, crush_below, fill_disc
@@ -63,3 +66,17 @@ def test_a_particle_has_the_colour_of_its_largest_part():
         largest = found.last.states.argmax(axis=1) == place
         assert 0.2 < largest.mean() < 0.8
         assert set(colours[largest]) == {chosen}
+
+
+def test_a_picture_is_small_and_keeps_its_colours(tmp_path: Path) -> None:
+    rng = np.random.default_rng(3)
+    figure = Figure(figsize=(6, 6))
+    figure.subplots().scatter(*rng.random((2, 500)), c=rng.choice(np.array([SNOW, FLOOR, SINTERED]), 500), s=400)
+    figure.savefig(tmp_path / "full.png", dpi=DPI)
+    save_figure(figure, tmp_path / "kept.png")
+    save_figure(figure, tmp_path / "again.png")
+    full, kept = (imread(tmp_path / name)[..., :3] for name in ("full.png", "kept.png"))
+    assert np.abs(full - kept).mean() < 0.002
+    assert (np.abs(full - kept) > 0.1).mean() < 0.001
+    assert (tmp_path / "kept.png").stat().st_size < 0.6 * (tmp_path / "full.png").stat().st_size
+    assert (tmp_path / "kept.png").read_bytes() == (tmp_path / "again.png").read_bytes()

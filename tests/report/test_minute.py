@@ -60,3 +60,7 @@ def test_it_is_read_in_a_minute():
     assert re.findall(r"^(\d+)\. ", text, re.MULTILINE) == [str(number) for number in range(1, 11)]
     pictures = re.findall(r"!\[[^\]]+\]\(([^)]+)\)", text)
     assert len(pictures) == 3 and all((PAGE.parent / picture).is_file() for picture in pictures)
+
+
+def test_the_committed_reports_stay_small() -> None:
+    assert sum(path.stat().st_size for path in REPORTS.rglob("*") if path.is_file()) < 10e6

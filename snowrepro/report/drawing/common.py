@@ -11,6 +11,7 @@ from matplotlib.collections import PathCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Curve
+from PIL import Image
 
 from ...analysis.eye import COVER
 from ...scene.build import domain
@@ -23,6 +24,7 @@ SKY, FLOOR, SNOW = "#668e93", "#307a78", "#f0f0ff"
 SINTERED, UNSINTERED = "#D55E00", "#555555"  # of curves
 DPI = 110
 PAGE = 1020  # pixels that a report's page gives a picture on a screen of 1280
+COLOURS = 256  # of a picture; pictures of snow and curves have few, and the shades of their edges
 LEAST_LETTERS = 11  # pixels, the size of the smallest letters on such a page
 
 
@@ -75,8 +77,11 @@ def choose_font(width: float, usual: float = 9.0) -> float:
 
 
 def save_figure(figure: Figure, path: Path) -> None:
-    """Write a figure as PNG; the same drawing always gives the same bytes."""
-    figure.savefig(path, dpi=DPI, metadata={"Software": None})
+    """Write a figure as PNG, the same drawing to the same bytes, in at most COLOURS colours: a third of the size."""
+    figure.savefig(path, dpi=DPI)
+    with Image.open(path) as drawn:
+        image = drawn.convert("RGB").quantize(COLOURS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    image.save(path, optimize=True, dpi=(DPI, DPI))
 
 
 def format_column_title(frame: int, run: Run) -> str:
