@@ -72,6 +72,11 @@ class Fitting:
         known = [each for each in self.readings if each.known]
         return sorted(known, key=lambda each: (-each.kept, -len(each.definitions), -each.share))  # stable: base first
 
+    def list_lost(self) -> dict[str, list[Changes]]:
+        """List the readings under which a claim is lost, by the name of the claim: no three pressures agree with it."""
+        names = dict.fromkeys(name for each in self.readings for name in each.never)
+        return {name: [each.changes for each in self.readings if name in each.never] for name in names}
+
     def measure_moves(self) -> pd.Series:
         """Measure by how much each reading moves the mass in lumps of sintered snow from that of the base.
 

@@ -232,7 +232,7 @@ def test_a_grid_without_runs_claims_nothing(judged):
 def test_the_answer_has_three_columns(judged, tmp_path):
     """Of the two experiments with numbers like the paper's; C6 needs other scenes, and is named below the columns."""
     reports = [judged(f"experiment={name}", PRESSURES)[0] for name in ("fig5", "fig6")]
-    table, undecided = make_columns([report.evidence for report in reports])
+    table, undecided = make_columns([report.evidence for report in reports], {})
     cells = {column: [text for text in table.frame[column] if text] for column in table.frame}
     names = {column: [text.partition(".**")[0].lstrip("*") for text in texts] for column, texts in cells.items()}
     assert names == {
@@ -242,8 +242,8 @@ def test_the_answer_has_three_columns(judged, tmp_path):
     }
     assert cells["holds"][0].endswith("*on Fig. 6, star on stair3; by choice of the pressures on Fig. 5, ball on L*")
     assert undecided == "Not decided: C6 and C6-loose."
-    table, undecided = make_columns([judged("experiment=fig5", lumps=lambda run: 0.9)[0].evidence])
+    table, undecided = make_columns([judged("experiment=fig5", lumps=lambda run: 0.9)[0].evidence], {})
     against = [text.partition(".**")[0].lstrip("*") for text in table.frame["does not hold"] if text]
     assert against == ["C2", "C2-loose", "C4", "C4-loose"] and table.frame["holds only if"][0].startswith("**C3.**")
     assert undecided == "Not decided: C1, C5, C6 and C6-loose."  # a step of none is neither up nor down
-    assert make_columns([]) == []
+    assert make_columns([], {}) == []

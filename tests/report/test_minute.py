@@ -4,10 +4,11 @@ import json
 import re
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from snowrepro.composition.compose import compose
-from snowrepro.evidence.answer import HOLDS, NOT, ONLY_IF, Finding, sort_claim
+from snowrepro.evidence.answer import HOLDS, NOT, ONLY_IF, Finding, list_losing_readings, sort_claim
 from snowrepro.evidence.claims import NOT_RUN, Verdict
 from snowrepro.settings.question import Claim
 
@@ -44,13 +45,22 @@ def find_committed(claim: Claim) -> list[Finding]:
     return found
 
 
+def find_lost() -> dict[str, list[str]]:
+    """The readings under which claims are lost by the committed table, by the names of claims."""
+    lost: dict[str, list[str]] = {}
+    for row in pd.read_csv(REPORTS / "fitted" / "fitted.csv").fillna("").itertuples():
+        for name in row.never.split():
+            lost.setdefault(name, []).append(row.reading)
+    return lost
+
+
 def test_the_page_begins_with_three_columns():
     assert list(read_columns()) == [HOLDS, ONLY_IF, NOT]
 
 
 @pytest.mark.parametrize("claim", CLAIMS, ids=lambda claim: claim.name)
 def test_each_claim_stands_where_the_verdicts_put_it(claim):
-    column = sort_claim(claim, find_committed(claim)).column
+    column = sort_claim(claim, find_committed(claim), list_losing_readings(claim, find_lost())).column
     assert [name for name, claims in read_columns().items() if claim.name in claims] == [column]
 
 

@@ -24,7 +24,7 @@ from ...text import make_cells
 from ..document import NO_RESULT, Block, FigureContent, Heading, Picture, Table, escape, format_code, join_names
 from ..drawing.columns import escape_label, format_value, is_number
 from ..drawing.common import SINTERED, choose_font, save_figure
-from ..drawing.ends import draw_ends
+from ..drawing.ends import draw_ends, read_end
 from ..drawing.states import CRUSHED, LOOSE
 from ..sections.claims import P50, SHORT, tabulate_by_scene
 from .kinds import FigureKind
@@ -190,14 +190,14 @@ def _draw_states(ax: Axes, scene: JudgedScene, arms: Sequence[str]) -> None:
 def _draw_ends(conditions: Sequence[Condition], shape: str, floor: str, evidence: Evidence) -> Picture:
     """Draw the last frames on one scene: a row for each condition, a column for each arm and pressure."""
     shown = {
-        (escape_label(name_condition(condition)), _name_cell(run)): run
+        (escape_label(name_condition(condition)), _name_cell(run)): read_end(run, evidence.is_done(run))
         for condition in conditions
         for run in sort_as_in_paper(condition.evidence.first_seed_runs)
         if (run.case.shape.name, run.case.floor.name) == (shape, floor)
     }
     rows, columns = (list(dict.fromkeys(names)) for names in zip(*shown, strict=True))
     file = f"ends-{shape}-{floor}.png"
-    draw_ends(shown, rows, columns, evidence.is_done, PANEL, evidence.folder / file)
+    draw_ends(shown, rows, columns, PANEL, evidence.folder / file)
     return Picture(
         file,
         f"Last frames of {shape} on {floor}: a row for each condition, a column for each pressure.",

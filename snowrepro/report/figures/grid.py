@@ -16,7 +16,7 @@ from ...summary.row import ARM
 from ...text import make_cells
 from ..document import Block, FigureContent, Heading, Picture, Table, escape
 from ..drawing.common import choose_font, save_figure
-from ..drawing.ends import draw_ends
+from ..drawing.ends import draw_ends, read_end
 from ..sections import claims as claims_section
 from ..sections.response import list_disagreements
 from .kinds import FigureKind
@@ -117,8 +117,8 @@ def _draw_sheets(evidence: Evidence) -> list[Picture]:
             if not chosen:
                 continue
             name = f"{arm}-{pressure:g}.png"
-            shown = {(run.case.shape.name, run.case.floor.name): run for run in chosen}
-            draw_ends(shown, *_list_shapes_and_floors(evidence), evidence.is_done, PANEL, evidence.folder / name)
+            ends = {(run.case.shape.name, run.case.floor.name): read_end(run, evidence.is_done(run)) for run in chosen}
+            draw_ends(ends, *_list_shapes_and_floors(evidence), PANEL, evidence.folder / name)
             picture = Picture(
                 name,
                 f"Last frame of every {arm} scene at pressure {pressure:g}: a row a shape, a column a floor.",

@@ -16,7 +16,7 @@ from ...store.run import Run
 from ...text import make_cells
 from ..document import NO_RESULT, Block, FigureContent, Picture, Table, escape
 from ..drawing.common import save_figure
-from ..drawing.ends import draw_ends
+from ..drawing.ends import draw_ends, read_end
 from ..sections.claims import format_half_pressure
 from ..sections.variants import read_words
 from .kinds import FigureKind
@@ -199,11 +199,13 @@ def _make_picture_of_ends(evidence: Evidence) -> Picture:
 def _draw_ends(evidence: Evidence) -> None:
     """Draw the snow at the end of the runs without other choices: a row a pressure, a column a grid."""
     shown = {
-        (f"{run.case.pressure:g}\n{run.case.arm}", _name_grid(run.case.fidelity.dx)): run
+        (f"{run.case.pressure:g}\n{run.case.arm}", _name_grid(run.case.fidelity.dx)): read_end(
+            run, evidence.is_done(run)
+        )
         for run in _choose_shown(evidence)
     }
     rows, columns = list(dict.fromkeys(row for row, _ in shown)), [_name_grid(dx) for dx in _list_grids(evidence)]
-    draw_ends(shown, rows, columns, evidence.is_done, PANEL, evidence.folder / "ends.png")
+    draw_ends(shown, rows, columns, PANEL, evidence.folder / "ends.png")
 
 
 def _name_grid(dx: float) -> str:

@@ -1,6 +1,6 @@
 """Figures 5 and 6: rows of runs over columns of frames, and the verdict on the claims."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,12 +27,14 @@ from ..drawing.common import (
     get_panel_size,
     save_figure,
 )
+from ..drawing.ends import MISSING, End, draw_ends
 from ..drawing.states import FOOT, add_state_legend, colour_fragments
 from ..sections import broken, specification
 from ..sections import claims as claims_section
 from .kinds import FigureKind
 
 PANEL = 2.3  # width of a panel [inches]
+ARMS = {True: "sintering", False: "no sintering"}  # by whether snow sinters
 # Of the picture for a narrow screen, which halves it [inches, points].
 NARROW, NARROW_HEAD, NARROW_LETTERS = 6.6, 0.62, 15
 MARGIN, HEAD = 1.6, 0.55  # beside the panels, for the names of rows, and above them [inches]
@@ -65,6 +67,7 @@ def report(evidence: Evidence) -> FigureContent:
     draw_strip(rows, experiment.frames, first, evidence.folder / "strip.png", by_fragment=False)
     draw_strip(rows, experiment.frames, first, evidence.folder / "fragments.png", by_fragment=True)
     draw_narrow_strip(rows, experiment.frames[-1], first, evidence.folder / "strip-narrow.png")
+    _draw_ends(rows, evidence)
     _write_panels(rows, evidence.folder / "strip.csv")
     blocks = [
         *_make_pictures(evidence),
@@ -103,7 +106,37 @@ def _make_pictures(evidence: Evidence) -> list[Picture]:
         data="strip.csv",
         is_end_first=True,
     )
-    return [strip, fragments]
+    ends = Picture(
+        "ends.png",
+        "The last frame of each run by what became of the snow: a row with sintering, a row without, pressure rising "
+        "to the right.",
+        f"How it ends: frame {experiment.frames[-1]}, with the parts of the mass in lumps, crushed and loose.",
+        data="strip.csv",
+    )
+    return [strip, fragments, ends]
+
+
+def _draw_ends(rows: Sequence[Row], evidence: Evidence) -> None:
+    """Draw the last frames alone: a row for each arm, a column for each pressure."""
+    runs = sort_as_in_paper(evidence.first_seed_runs)
+    unit = format_powers(PRESSURE, [runs[0].case.reading.length_unit])
+    last = evidence.experiment.frames[-1]
+    ends = {
+        (ARMS[run.case.sintering.enabled], f"pressure {run.case.pressure:g}\n{unit}"): End(
+            run,
+            row.places.get(last, MISSING),
+            row.colours.get(last, SNOW),
+            _list_shares(row.measures.get(last, {}), "\n"),
+        )
+        for row, run in zip(rows, runs, strict=True)
+    }
+    arms, pressures = (list(dict.fromkeys(names)) for names in zip(*ends, strict=True))
+    draw_ends(ends, arms, pressures, PANEL, evidence.folder / "ends.png")
+
+
+def _list_shares(measures: Mapping[str, float], between: str) -> str:
+    """List the parts of the mass in each state, as far as they are known."""
+    return between.join(f"{state} {measures[state]:.2f}" for state in STATES if state in measures)
 
 
 def _write_panels(rows: Sequence[Row], path: Path) -> None:
@@ -180,8 +213,7 @@ def draw_narrow_strip(rows: Sequence[Row], frame: int, run: Run, path: Path) -> 
                     0.5, 0.5, "missing", transform=ax.transAxes, ha="center", color="white", fontsize=NARROW_LETTERS
                 )
         name = row.label.removeprefix(NAMED).replace("\n", f" {unit}, ")
-        measures = row.measures.get(frame, {})
-        shares = ", ".join(f"{state} {measures[state]:.2f}" for state in STATES if state in measures)
+        shares = _list_shares(row.measures.get(frame, {}), ", ")
         axes[0].set_title(f"{name}\n{shares}", fontsize=NARROW_LETTERS, loc="left")
     add_state_legend(figure, NARROW_LETTERS, loc="outside lower center")
     save_figure(figure, path)
@@ -189,8 +221,7 @@ def draw_narrow_strip(rows: Sequence[Row], frame: int, run: Run, path: Path) -> 
 
 def _make_row(run: Run, evidence: Evidence) -> Row:
     """Read the row of a run."""
-    arm = "sintering" if run.case.sintering.enabled else "no sintering"
-    label = f"{NAMED}{run.case.pressure:g}\n{arm}"
+    label = f"{NAMED}{run.case.pressure:g}\n{ARMS[run.case.sintering.enabled]}"
     if not evidence.is_done(run):
         return Row(label, {}, {}, {})
     frames = evidence.experiment.frames

@@ -1,7 +1,7 @@
 """The top of a report: which runs there are, the verdict on each claim, and the reproduced figure."""
 
 import shlex
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import zip_longest
 
@@ -17,6 +17,7 @@ from ...evidence.claims import (
     format_interval,
     list_calibrated_claims,
 )
+from ...evidence.fitted import fit_readings
 from ...evidence.gather import Evidence
 from ...quantities import DENSITY, PRESSURE, format_powers
 from ...settings.case import Case
@@ -24,7 +25,9 @@ from ...settings.question import Claim
 from ...store import states
 from ..document import Block, Heading, Picture, Section, Table, escape, format_code, format_list, join_names
 from ..figures.kinds import find_figure
+from ..sections.variants import describe_change
 
+FITTED = "fitted"  # the picture of the experiment that tries readings
 SHOWN_ABOVE = "The first picture of this section is at the top of the report."
 
 
@@ -47,7 +50,10 @@ def make_lead(
             "calibrated, or printed in the paper, is so without these changes."
         )
     if len(sections) > 1:
-        blocks += [*make_columns(judged), format_list(describe_scope(evidences, not_run))]
+        blocks += [
+            *make_columns(judged, find_losing_readings(evidences)),
+            format_list(describe_scope(evidences, not_run)),
+        ]
     if judged:
         blocks += [Heading("The claims"), format_list(describe_claims(judged))]
     if picture:
@@ -57,20 +63,32 @@ def make_lead(
     return first, others
 
 
-def make_columns(judged: Sequence[Evidence]) -> list[Block]:
+def find_losing_readings(evidences: Sequence[Evidence]) -> dict[str, list[str]]:
+    """Find the readings under which claims are lost, in words by the claim; none where no reading was tried so."""
+    tried = [each for each in evidences if each.experiment.picture == FITTED and not each.table.empty]
+    return {
+        name: [describe_change(changes) for changes in readings]
+        for evidence in tried
+        for name, readings in fit_readings(evidence).list_lost().items()
+    }
+
+
+def make_columns(judged: Sequence[Evidence], lost: Mapping[str, Sequence[str]]) -> list[Block]:
     """Make the answer in three columns, a claim in each cell, and name the claims that nothing decides.
 
-    ``judged``: the experiments that claims are judged by; without any there is nothing to answer.
+    ``judged``: the experiments that claims are judged by; without any there is nothing to answer.  ``lost``: by the
+    names of claims, the readings under which they are lost.
     """
     if not judged:
         return []
-    answers = answer_claims(judged)
+    answers = answer_claims(judged, lost)
     cells = {name: [_write_answer(each) for each in answers if each.column == name] for name in (HOLDS, ONLY_IF, NOT)}
     table = pd.DataFrame([*zip_longest(*cells.values(), fillvalue="")], columns=[*cells])
     caption = (
-        "By the words of the verdicts alone. Holds: reproduced in every scene judged, not only by the choice of its "
-        "pressures. Does not hold: contradicted, and reproduced nowhere. Holds only if: all else that is reproduced "
-        "somewhere."
+        "By the words of the verdicts, and by the readings of the paper that were tried on one scene with pressures of "
+        "their own. Holds: reproduced in every scene judged, not only by the choice of its pressures, and lost under "
+        "no reading. Does not hold: contradicted, and reproduced nowhere. Holds only if: all else that is "
+        "reproduced somewhere."
     )
     blocks: list[Block] = [Table(table, caption)] if len(table) else []
     undecided = [each.claim.name for each in answers if each.column == OPEN]
