@@ -4,7 +4,7 @@ FIDELITY ?= paper
 EXPERIMENTS ?=
 CLAIMS ?= fig5 fig6
 # What the report on the paper has: experiments that claims are judged by, with three seeds, and all others with runs.
-JUDGED := fig5 fig6 grid
+JUDGED := fig5 fig6 seen grid
 STUDIES := fig4 table2 laws calibration readings convergence refinement ablation fitted unprinted map energy hardness materials temperature
 TESTS ?= not slow and not nightly
 COARSE := $(if $(filter paper,$(FIDELITY)),,fidelity=$(FIDELITY))

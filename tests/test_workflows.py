@@ -119,7 +119,7 @@ def test_make_paper_has_every_experiment_of_the_paper():
 def test_make_paper_runs_them_and_make_plan_paper_runs_nothing():
     """As make would do it, without doing it."""
     said = {target: checked("make", "-n", target)[1] for target in ("paper", "plan-paper", "reproduce")}
-    assert "for name in fig5 fig6 grid; do .venv/bin/snowrepro claims experiment=$name" in said["paper"]
+    assert "for name in fig5 fig6 seen grid; do .venv/bin/snowrepro claims experiment=$name" in said["paper"]
     assert said["paper"].count("--no-report || test $? -eq 3; done") == 2  # a run that fails is an outcome
     assert "||" not in said["reproduce"].partition("for name")[2]
     assert " map " in said["paper"] and "snowrepro report" in said["paper"] and " map " not in said["reproduce"]

@@ -12,7 +12,15 @@ from ..errors import ConfigError
 from ..store import states
 from ..sweep.design import STEP, get_block
 from .collect import POINT, CollectedSweep
-from .indices import estimate, make_bins, measure_blocks, measure_effects, measure_first_order, measure_variance
+from .indices import (
+    estimate,
+    make_bins,
+    make_separate_bins,
+    measure_blocks,
+    measure_effects,
+    measure_first_order,
+    measure_variance,
+)
 from .margins import find_claim, list_margins, read_margins
 
 FAILED = "failed"  # a measure: 1 of a run that failed, 0 of one with a result
@@ -31,7 +39,8 @@ class Influence:
     """How far each setting decides a measure.
 
     ``table``: COLUMNS, a row for each setting and index, with its interval of 95 %; ``used``: runs with a value;
-    ``runs``: of all.  ``note``: why there are no numbers; empty if there are.
+    ``runs``: of all.  ``note``: why there are no numbers; empty if there are.  ``mixed``: pairs of settings of which
+    the runs do not tell whether it is the first or the second that matters.
     """
 
     measure: str
@@ -39,6 +48,7 @@ class Influence:
     used: int
     runs: int
     note: str = ""
+    mixed: tuple[tuple[str, str], ...] = ()
 
     def rank(self, index: str) -> list[str]:
         """List the settings, the one with the largest index of a kind first."""
@@ -58,14 +68,15 @@ def measure_influence(sweep: CollectedSweep, measure: str) -> Influence:
     used = int(y.notna().sum())
     rows: list[tuple] = []
     note = ""
+    mixed: list[tuple[str, str]] = []
     if y.dropna().nunique() < 2:
         note = "it is the same in all runs" if used else "no run has a value"
     elif design in ("morris", "saltelli"):
         rows, note = _measure_by_design(sweep, y)
     else:
-        rows, note = _measure_any(sweep, y)
+        rows, note, mixed = _measure_any(sweep, y)
     table = pd.DataFrame([(measure, *row) for row in rows], columns=COLUMNS)
-    return Influence(measure, table, used, len(y), note)
+    return Influence(measure, table, used, len(y), note, tuple(mixed))
 
 
 def read_measure(sweep: CollectedSweep, measure: str) -> pd.Series:
@@ -110,13 +121,16 @@ def tabulate_failures(sweep: CollectedSweep) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["setting", "part", "runs", "failed", "share"])
 
 
-def _measure_any(sweep: CollectedSweep, y: pd.Series) -> tuple[list[tuple], str]:
-    """Measure the first order of each setting from the runs that have a value; rows, and why there are none."""
+def _measure_any(sweep: CollectedSweep, y: pd.Series) -> tuple[list[tuple], str, list[tuple[str, str]]]:
+    """Measure the first order of each setting from the runs that have a value.
+
+    Returns rows, why there are none, and the pairs of settings that these runs do not tell apart.
+    """
     known = sweep.table[y.notna()]
     points = known[POINT] if POINT in known else pd.Series(range(len(known)), known.index)
     _, first, point = np.unique(points, return_index=True, return_inverse=True)
     if len(first) < LEAST_UNITS:
-        return [], f"{len(first)} points have a value, and {LEAST_UNITS} are needed"
+        return [], f"{len(first)} points have a value, and {LEAST_UNITS} are needed", []
     values = y[known.index].to_numpy()
     means = np.bincount(point, values) / np.bincount(point)
 
@@ -127,15 +141,19 @@ def _measure_any(sweep: CollectedSweep, y: pd.Series) -> tuple[list[tuple], str]
         share = measure_variance(means, weights) / measure_variance(values, weights[point])
         return share * measure_first_order(bins, means, weights) if share else 0.0
 
-    rows = []
-    for name in sweep.varied:
-        if known[name].nunique() < 2:  # a pressure, where a claim looks at all of them
-            continue
-        is_sampled, setting = name in sweep.factors, _read_values(known[name])
-        index = partial(measure, make_bins(setting[first] if is_sampled else setting), is_sampled)
-        value, half = estimate(index, len(first))
+    varied = [name for name in sweep.varied if len(known[name].unique()) > 1]  # a claim looks at all pressures at once
+    sampled = {name: _read_values(known[name])[first] for name in varied if name in sweep.factors}
+    rows, mixed = [], []
+    for name in varied:
+        if name in sampled:
+            others = {sweep.key_of(other): values for other, values in sampled.items() if other != name}
+            bins, unclear = make_separate_bins(sampled[name], [*others.values()])
+            mixed += [(sweep.key_of(name), [*others][i]) for i in unclear]
+        else:
+            bins = make_bins(_read_values(known[name]))
+        value, half = estimate(partial(measure, bins, name in sampled), len(first))
         rows.append((sweep.key_of(name), FIRST, float(value), float(value - half), float(value + half)))
-    return rows, ""
+    return rows, "", mixed
 
 
 def _measure_by_design(sweep: CollectedSweep, y: pd.Series) -> tuple[list[tuple], str]:

@@ -125,6 +125,35 @@ def test_what_varies_by_chance_decides_nothing():
     assert all(abs(value) < 0.3 for value in values_of(sweep, FIRST).values())
 
 
+MANY = [
+    *("reading.gravity=log(5,20)", "floor.drop_x=interval(60,150)", "reading.press_damping=interval(0,5)"),
+    *("solver.cfl=log(0.2,0.8)", "fidelity.dx=log(1.4,2.8)", "reading.cadence=choice(frame,substep)"),
+    *("reading.release=choice(keep_velocity,rest)", "reading.density_changes=choice(moduli,moduli_and_volume)"),
+    *("reading.unsintered=choice(pressed,not_pressed)", "reading.external_force=choice(per_unit_mass,per_particle)"),
+]
+
+
+@pytest.mark.parametrize("key", ["reading_cadence", "reading_release", "reading_external_force"])
+def test_what_one_setting_does_is_not_given_to_another(key):
+    """Points of a Sobol sequence are even in two settings only coarsely: fine bins of one may tell the other."""
+    sweep = sample("sobol", 64, *MANY, function=lambda t: (t[key] == t[key].iloc[0]).astype(float))
+    found = measure_influence(sweep, "lump_fraction")
+    values, mixed = found.table.set_index("setting")["value"], dict(found.mixed)
+    one = sweep.key_of(key)
+    assert values[one] == pytest.approx(1.0)
+    assert [name for name in values.index if name != one and values[name] > 0.4 and mixed.get(name) != one] == []
+    assert sum(values > 0.4) <= 2
+
+
+def test_settings_that_are_not_told_apart_are_named():
+    """Two that always change together."""
+    sweep = sample("sobol", 64, function=lambda t: place(t, "pressure"))
+    sweep = replace(sweep, table=sweep.table.assign(reading_friction=place(sweep.table, "pressure")))
+    mixed = measure_influence(sweep, "lump_fraction").mixed
+    assert set(mixed) == {("pressure", "reading.friction"), ("reading.friction", "pressure")}
+    assert measure_influence(sample("sobol", 64), "lump_fraction").mixed == ()
+
+
 def test_a_list_beside_a_sample_is_a_setting_too():
     """And what it decides is counted once for every run."""
     sweep = sample("sobol", 64, "sintering=paper,none", function=lambda t: (t["sintering"] == "paper") + 0.0)

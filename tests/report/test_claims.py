@@ -14,7 +14,7 @@ from snowrepro.composition.compose import compose
 from snowrepro.evidence.claims import JudgedScene, judge_claims
 from snowrepro.evidence.gather import gather_evidence
 from snowrepro.report.figures.strip import Row
-from snowrepro.report.page.lead import make_columns
+from snowrepro.report.page.lead import describe_scope, list_judged, make_columns
 from snowrepro.report.sections.claims import format_for_screen
 from snowrepro.report.sections.witness import describe_bodies
 from snowrepro.store.run import Run
@@ -171,6 +171,7 @@ def grid(run: Run) -> float:
     return paper_like(run) + (0.0 if again else 0.05)
 
 
+SEEN = (("fig6", "pressure=300,740,5900"), ("seen", "pressure=420,1300,8600"))
 GRID = ["experiment=grid", "shape=ball,star", "floor=L,square,triangle"]
 
 
@@ -247,3 +248,11 @@ def test_the_answer_has_three_columns(judged, tmp_path):
     assert against == ["C2", "C2-loose", "C4", "C4-loose"] and table.frame["holds only if"][0].startswith("**C3.**")
     assert undecided == "Not decided: C1, C5, C6 and C6-loose."  # a step of none is neither up nor down
     assert make_columns([], {}) == []
+
+
+def test_another_reading_does_not_answer_for_the_first(judged):
+    """Figure 6 in the nearest reading has verdicts, which stand on its own page."""
+    first, seen = (judged(f"experiment={name}", pressure)[0].evidence for name, pressure in SEEN)
+    assert list_judged([first, seen]) == [first] and list_judged([seen]) == [seen]
+    scope = describe_scope([first, seen], [])
+    assert any("on its own page" in line and "keeps most of the paper" in line for line in scope)

@@ -29,6 +29,8 @@ RESULTS = "results.csv"
 MOST_OPEN = 24  # rows of a table that stands open
 MOST_PICTURES = 6  # of responses, one for each setting
 MOST_VALUES = 30  # of a setting that are listed
+FEW_VALUES = 12  # of a sampled setting, of more the range is told
+MOST_SETTINGS = 4  # of a cell that a sentence describes
 
 
 def report(evidence: Evidence) -> FigureContent:
@@ -53,7 +55,11 @@ def _tabulate_varied(sweep: CollectedSweep) -> list[Block]:
     """Tabulate the settings that vary with their values, and say what scene, pressure and seed all runs share."""
     values = {name: sweep.table[name].unique() for name in sweep.dims}
     rows = [
-        {"setting": format_code(sweep.key_of(name)), "values": _list_values(values[name]), "count": len(values[name])}
+        {
+            "setting": format_code(sweep.key_of(name)),
+            "values": _list_values(values[name], is_sampled=name in sweep.factors),
+            "count": len(values[name]),
+        }
         for name in sweep.varied
     ]
     same = [f"{name} {format_value(values[name][0])}" for name in sweep.dims if name not in sweep.varied]
@@ -61,8 +67,11 @@ def _tabulate_varied(sweep: CollectedSweep) -> list[Block]:
     return [Heading("What varies"), table, *([f"The same in all runs: {escape(', '.join(same))}."] if same else [])]
 
 
-def _list_values(values: Sequence[object]) -> str:
-    """List the values of a setting; of many the first and the last."""
+def _list_values(values: Sequence[object], is_sampled: bool) -> str:
+    """List the values of a setting; of many the first and the last, and of many sampled numbers the range."""
+    numbers = pd.to_numeric(pd.Series(values), errors="coerce")
+    if is_sampled and len(values) > FEW_VALUES and numbers.notna().all():
+        return f"{numbers.min():.4g} to {numbers.max():.4g}"
     texts = [escape(format_value(value)) for value in values]
     if len(texts) > MOST_VALUES:
         texts = [*texts[: MOST_VALUES // 2], "...", *texts[-MOST_VALUES // 2 :]]
@@ -140,6 +149,8 @@ def _summarise(sweep: CollectedSweep) -> str:
     low, high = means.idxmin(), means.idxmax()
     if len(means) == 1 or means[low] == means[high]:
         return f"{name}: {_format_number(means.iloc[0])}."
+    if len(sweep.varied) > MOST_SETTINGS:
+        return f"{name}: from {_format_number(means[low])} to {_format_number(means[high])}, in {len(means)} cells."
     first, last = (f"{_format_number(means[cell])} ({cell})" for cell in (low, high))
     return f"{name}: from {first} to {last}."
 

@@ -28,6 +28,7 @@ from ..figures.kinds import find_figure
 from ..sections.variants import describe_change
 
 FITTED = "fitted"  # the picture of the experiment that tries readings
+ELSEWHERE = "Judged on its own page, as it reads the paper otherwise"
 SHOWN_ABOVE = "The first picture of this section is at the top of the report."
 
 
@@ -39,7 +40,7 @@ def make_lead(
     ``not_run``: titles of experiments that are in ``sections`` without a run.  Returns the summary and the other
     sections; the picture that moved into the summary is replaced there by a sentence.
     """
-    judged = [evidence for evidence in evidences if find_figure(evidence.experiment).is_judged]
+    judged = list_judged(evidences)
     anchor = (judged or evidences)[0].experiment.name
     chosen = next(section for section in sections if section.anchor == anchor)
     picture = next((block for block in chosen.blocks if isinstance(block, Picture)), None)
@@ -61,6 +62,17 @@ def make_lead(
     first = Section("summary", "Summary", blocks, command=chosen.command, runs=chosen.runs)
     others = [_take_picture_out(section, picture) if section is chosen else section for section in sections]
     return first, others
+
+
+def list_judged(evidences: Sequence[Evidence]) -> list[Evidence]:
+    """List the experiments that claims are judged by, in the reading of the first: another one is another question."""
+    judged = [evidence for evidence in evidences if find_figure(evidence.experiment).is_judged]
+    return [evidence for evidence in judged if _name_reading(evidence) == _name_reading(judged[0])]
+
+
+def _name_reading(evidence: Evidence) -> str:
+    """Return the name of the reading that an experiment begins with."""
+    return evidence.runs[0].case.reading.name
 
 
 def find_losing_readings(evidences: Sequence[Evidence]) -> dict[str, list[str]]:
@@ -116,9 +128,10 @@ def describe_scope(evidences: Sequence[Evidence], not_run: Sequence[str]) -> lis
 
     ``not_run``: titles.
     """
-    kinds: dict[str, list[str]] = {"Tested": [], "Fitted": [], "Shown, not judged": []}
+    kinds: dict[str, list[str]] = {"Tested": [], "Fitted": [], ELSEWHERE: [], "Shown, not judged": []}
+    judged = list_judged(evidences)
     for evidence in evidences:
-        kinds[_find_kind(evidence)].append(escape(evidence.experiment.title))
+        kinds[_find_kind(evidence, judged)].append(escape(evidence.experiment.title))
     kinds["Not run here"] = [escape(title) for title in not_run]
     lines = [f"**{kind}**: {'; '.join(titles)}." for kind, titles in kinds.items() if titles]
     if not kinds["Tested"]:
@@ -132,10 +145,12 @@ def describe_scope(evidences: Sequence[Evidence], not_run: Sequence[str]) -> lis
     return [*lines, f"**Assumed**: all that [the paper leaves open](#choices): {assumed}."]
 
 
-def _find_kind(evidence: Evidence) -> str:
-    """Find whether an experiment tests claims, is fitted to them, or is only shown."""
+def _find_kind(evidence: Evidence, judged: Sequence[Evidence]) -> str:
+    """Find whether an experiment tests claims, is fitted to them, does so in another reading, or is only shown."""
     if not find_figure(evidence.experiment).is_judged:
         return "Shown, not judged"
+    if all(evidence is not each for each in judged):
+        return ELSEWHERE
     return "Fitted" if all(scene.calibrated for scene in evidence.scenes) else "Tested"
 
 

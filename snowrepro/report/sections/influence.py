@@ -18,6 +18,7 @@ from ..drawing.columns import escape_label, label_column, list_measures
 from ..drawing.common import save_figure
 from ..drawing.plot import PALETTE
 
+MOST_ROWS = 8  # settings of a panel; of more, all measures are columns of one table that is drawn
 PICTURE, CSV, FAILURES = "influence.png", "influence.csv", "failures.csv"
 MEANINGS = {
     FIRST: "first order: the part of its variance that goes with this setting alone; near 0 and below: nothing seen",
@@ -25,6 +26,13 @@ MEANINGS = {
     EFFECT: "mean effect: by how much a step over the whole range of the setting changes it, without sign, on average",
     SPREAD: "spread of effects: their standard deviation; large where the effect depends on other settings",
 }
+
+
+IN_PANELS = "Bars: intervals of 95 % by bootstrap."
+IN_MATRIX = (
+    "Numbers stand where the whole interval of 95 %, by bootstrap, is above 0. White: a setting is the same in all of "
+    "these runs. The settings that matter most to the claims, or else to the measures, come first."
+)
 
 
 def make_blocks(sweep: CollectedSweep, folder: Path) -> list[Block]:
@@ -46,10 +54,12 @@ def show_influences(sweep: CollectedSweep, influences: Sequence[Influence], fold
     blocks: list[Block] = [Heading("What matters")]
     if len(table):
         make_cells(table).to_csv(folder / CSV, index=False, float_format="%.6g", lineterminator="\n")
-        draw_influences(sweep, [each for each in influences if len(each.table)], folder / PICTURE)
         kinds = list(dict.fromkeys(table["index"]))
+        is_long = kinds == [FIRST] and len(table["setting"].unique()) > MOST_ROWS
+        draw = draw_matrix if is_long else draw_influences
+        draw(sweep, [each for each in influences if len(each.table)], folder / PICTURE)
         caption = "; ".join(MEANINGS[kind] for kind in kinds)
-        picture = f"{caption[0].upper()}{caption[1:]}. Bars: intervals of 95 % by bootstrap."
+        picture = f"{caption[0].upper()}{caption[1:]}. {IN_MATRIX if is_long else IN_PANELS}"
         names = join_names([describe_measure(sweep, each.measure) for each in influences if len(each.table)], "and")
         blocks += [
             Picture(PICTURE, f"Influence of each setting on {names}.", picture, data=CSV),
@@ -75,6 +85,12 @@ def describe_gaps(sweep: CollectedSweep, influences: Sequence[Influence]) -> lis
     lines += [f"{runs - used} of {runs} runs have no value." for used, runs in counts.items() if used < runs]
     points = {each.measure: each.used for each in measured if each.measure in margins}
     known = ", ".join(f"{used} of {name}" for name, used in points.items())
+    pairs = dict.fromkeys(pair for each in influences for pair in each.mixed)
+    lines += [
+        f"The runs do not tell {format_code(one)} from {format_code(other)}: what is said to go with the first may go "
+        "with the second. More points, or another design, would."
+        for one, other in pairs
+    ]
     return [
         *lines,
         *([f"Points at which all runs that a claim needs have a result: {known}."] if known else []),
@@ -113,6 +129,32 @@ def draw_influences(sweep: CollectedSweep, influences: Sequence[Influence], path
         ax.set_title(textwrap.fill(escape_label(title), 42), fontsize=10)
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper left", ncols=2, frameon=False, fontsize=9)
+    save_figure(figure, path)
+
+
+def draw_matrix(sweep: CollectedSweep, influences: Sequence[Influence], path: Path) -> None:
+    """Draw the first order of many settings as a table: a row for each setting, a column for each measure."""
+    table = pd.concat([each.table for each in influences])
+    values, lows = (table.pivot_table(index="setting", columns="measure", values=name) for name in ("value", "low"))
+    names = [each.measure for each in influences]
+    telling = [name for name in names if name in list_margins(sweep)] or names
+    order = values[telling].clip(lower=0).mean(axis=1).sort_values(ascending=False).index
+    values, lows = values.loc[order, names], lows.loc[order, names]
+    figure = Figure(figsize=(0.62 * len(names) + 3.2, 0.3 * len(order) + 2.2), layout="constrained")
+    ax = figure.subplots()
+    shares = values.to_numpy()
+    mesh = ax.pcolormesh(shares, vmin=0.0, vmax=1.0, cmap="Oranges", edgecolors="white", lw=1)
+    for row, column in zip(*np.nonzero((lows > 0).to_numpy()), strict=True):
+        share = shares[row, column]
+        colour = "white" if share > 0.6 else "black"
+        ax.text(column + 0.5, row + 0.5, f"{share:.2f}", ha="center", va="center", fontsize=9, color=colour)
+    ax.set_yticks(np.arange(len(order)) + 0.5, [escape_label(name) for name in order], fontsize=9)
+    titles = [textwrap.fill(escape_label(describe_measure(sweep, name)), 22) for name in names]
+    ax.set_xticks(np.arange(len(names)) + 0.5, titles, fontsize=9, rotation=90)
+    ax.xaxis.tick_top()
+    ax.invert_yaxis()
+    ax.tick_params(length=0)
+    figure.colorbar(mesh, ax=ax, label="first order", shrink=0.6)
     save_figure(figure, path)
 
 
