@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from scipy.optimize import brentq, minimize_scalar
+from scipy.optimize import minimize_scalar, toms748
 
 from ..composition.ranges import CHOICE, LOG
 from ..errors import ConfigError
@@ -160,11 +160,15 @@ def _measure(search: Search, known: Mapping[float, float]) -> Callable[[float], 
 
 
 def _find_target(search: Search, known: Mapping[float, float]) -> None:
-    """Find where the measure is the target, by Brent's method, to well within the bracket that is asked for."""
+    """Find where the measure is the target, to well within the bracket that is asked for.
+
+    By the method of Alefeld, Potra and Shi (1995), which asks for fewer values than Brent's where a curve is flat on
+    one side, as lumps over pressure are.
+    """
     assert isinstance(search.target, float), "it is to be reached"
     measure, target = _measure(search, known), search.target
     width = search.within if search.factor.scale != LOG else math.log1p(search.within) / _log_width(search)
-    brentq(lambda place: measure(place) - target, 0.0, 1.0, xtol=width / 4, maxiter=MOST_STEPS, disp=False)
+    toms748(lambda place: measure(place) - target, 0.0, 1.0, xtol=width / 4, maxiter=MOST_STEPS, disp=False)
 
 
 def _find_best(search: Search, known: Mapping[float, float]) -> None:
