@@ -169,18 +169,19 @@ def draw_readings(fitting: Fitting, path: Path) -> None:
     for row, reading in enumerate(fitting.readings):
         words = f"{reading.kept} of {fitting.sentences}" if reading.known else "-"
         axes[-1].text(len(fitting.pressures) + 0.2, row + 0.5, words, va="center", fontsize=letters)
-    bar = figure.colorbar(shown, ax=axes, location="bottom", shrink=0.35, aspect=40)
+    bar = figure.colorbar(shown, ax=axes, location="top", shrink=0.35, aspect=40)
     bar.set_label("part of the mass", fontsize=letters)
     bar.ax.tick_params(labelsize=letters)
     save_figure(figure, path)
 
 
 def _name_pressures(ax: Axes, pressures: Sequence[float], letters: float) -> None:
-    """Name the lowest and the highest pressure below a panel."""
+    """Name the lowest and the highest pressure below a panel, and what they are between them."""
     ends = {"left": (0.0, pressures[0]), "right": (len(pressures), pressures[-1])}  # so that no two panels' meet
     names = ax.set_xticks([place for place, _ in ends.values()], [f"{value:g}" for _, value in ends.values()])
     for side, name in zip(ends, names, strict=True):
         name.label1.set(ha=side, fontsize=letters)
+    ax.set_xlabel("pressure", fontsize=letters, labelpad=-letters)  # between the two
     ax.tick_params(length=0)
 
 
