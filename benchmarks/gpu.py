@@ -1,10 +1,15 @@
 """Many cases in one launch on a GPU: the same bits as on the CPU, how fast, and a sweep of 168 runs from end to end.
 
-    python benchmarks/gpu.py [--device cpu] [--quick] [--limit SECONDS] [--out FOLDER]
+    python benchmarks/gpu.py [--device cpu] [--quick] [--parts NAMES] [--limit SECONDS] [--out FOLDER]
 
-Takes some eight minutes on an NVIDIA H200 with 16 cores; --limit ends a part that takes longer.  Each part runs in a
-process of its own, and what is there is written at once: gpu.json and gpu.md in --out (else here).  --device cpu: the
-same on this machine's cores, as a trial; --quick: coarse, few and short.
+Takes some eight minutes on an NVIDIA H200 with 16 cores; --limit ends a part that takes longer, and the sweep then says
+how far it came.  --parts 'sweep,rate 168': these alone, in this order; there are bits, sweep, a rate for each number of
+cases, and a profile for the largest.  Each part runs in a process of its own, and what is there is written at once:
+gpu.json and gpu.md in --out (else here).  --device cpu: the same on this machine's cores, as a trial; --quick: coarse,
+few and short.
+
+A rate is that of the process that serves a sweep: what lies between frames beside it, in the processes of the runs, is
+taken apart, as milliseconds of one core for a frame of a case.
 """
 
 import argparse
@@ -16,6 +21,7 @@ import json
 import os
 import platform
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -23,6 +29,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 from tables import format_table
 
 from snowrepro.compiler import ti
@@ -32,6 +39,7 @@ from snowrepro.mpm.batch import Batch, Follower
 from snowrepro.run import simulate
 from snowrepro.scene.build import build_scene
 from snowrepro.simulation import simulate_cases
+from snowrepro.store.run import read_progress
 
 HERE = Path(__file__).resolve().parent
 SHAPES = ("ball", "rectangle", "triangle", "star")
@@ -56,6 +64,7 @@ SHORT = (
 STATES = ("position", "velocity", "J_P", "hardening", "von_mises", "kinetic_energy", "elastic_energy", "substeps")
 COUNTS = (1, 8, 64, 168)
 SECONDS = 5.0  # that a rate is taken over
+ENDING = 20.0  # seconds before its limit at which a sweep is stopped, so that it ends in order and is described
 
 
 def main() -> None:
@@ -65,15 +74,19 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--out", type=Path, default=HERE)
     parser.add_argument("--limit", type=float, default=300.0, help="seconds that a part may take")
+    parser.add_argument("--parts", help="which ones, with commas between; else all")
     parser.add_argument("--part", help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.part:
-        print(json.dumps(measure_part(arguments.part, arguments.device, arguments.quick)))
+        print(json.dumps(measure_part(arguments.part, arguments)))
         return
-    counts = COUNTS[1:2] if arguments.quick else COUNTS
+    *fewer, most = COUNTS[1:2] if arguments.quick else COUNTS
+    parts = ("bits", f"rate {most}", "sweep", f"profile {most}", *(f"rate {count}" for count in fewer))
+    chosen = arguments.parts.split(",") if arguments.parts else parts
+    if unknown := [part for part in chosen if part not in parts]:
+        parser.error(f"--parts: there is no {', '.join(unknown)}; there are: {', '.join(parts)}")
     found: dict = {"machine": describe_machine(), "device": arguments.device, "quick": arguments.quick}
-    most = counts[-1]
-    for part in ("bits", f"rate {most}", "sweep", f"profile {most}", *(f"rate {count}" for count in counts[:-1])):
+    for part in chosen:
         found[part] = run_part(part, arguments)
         (arguments.out / "gpu.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
         page = "\n".join(describe(found)) + "\n"
@@ -83,7 +96,7 @@ def main() -> None:
 
 def run_part(part: str, arguments: argparse.Namespace) -> dict:
     """Run one part in a process of its own; what it says, or why it failed."""
-    command = [sys.executable, __file__, "--part", part, "--device", arguments.device]
+    command = [sys.executable, __file__, "--part", part, "--device", arguments.device, "--limit", str(arguments.limit)]
     started = time.perf_counter()
     try:
         done = subprocess.run(
@@ -99,14 +112,15 @@ def run_part(part: str, arguments: argparse.Namespace) -> dict:
     return {**found, "part_seconds": time.perf_counter() - started}
 
 
-def measure_part(part: str, device: str, quick: bool) -> dict:
+def measure_part(part: str, arguments: argparse.Namespace) -> dict:
     """Measure one part in this process."""
     name, _, count = part.partition(" ")
+    device, quick = arguments.device, arguments.quick
     if name == "bits":
         return compare_bits(device)
-    if name == "profile":
-        return profile(int(count), device, quick)
-    return measure_rate(int(count), device, quick) if name == "rate" else measure_sweep(device, quick)
+    if name == "sweep":
+        return measure_sweep(device, quick, arguments.limit - ENDING)
+    return (profile if name == "profile" else measure_rate)(int(count), device, quick)
 
 
 def describe_machine() -> str:
@@ -155,7 +169,10 @@ def simulate_alone(kind: tuple[str, ...]) -> dict[str, np.ndarray] | str:
 
 
 def measure_rate(count: int, device: str, quick: bool) -> dict:
-    """Particle-updates a second of the first cases of the sweep side by side, from their start on; memory."""
+    """Particle-updates a second of some cases of the sweep side by side, from their start on; memory.
+
+    Over the seconds that the device and its process take, without what lies between frames: ``follower_ms`` a frame.
+    """
     fidelity = "preview" if quick else "paper"
     cases = [compose([*kind, *select(device), f"fidelity={fidelity}"]).case for kind in spread(SWEEP, count)]
     started = time.perf_counter()
@@ -163,20 +180,24 @@ def measure_rate(count: int, device: str, quick: bool) -> dict:
         scenes = list(pool.map(build_scene, cases))
     built = time.perf_counter()
     batch = Batch(cases, scenes, [None] * count, os.cpu_count() or 1)
-    pairs = zip(cases, scenes, strict=True)
-    followers = [Follower(case, scene, functools.partial(batch.read_case, i)) for i, (case, scene) in enumerate(pairs)]
+    followers = [
+        Follower(case, scene, batch.table, batch.place_block(batch.force, i), functools.partial(batch.read_case, i))
+        for i, (case, scene) in enumerate(zip(cases, scenes, strict=True))
+    ]
     reports = batch.start()
     while any(member.number < 2 for member in batch.members):  # compiles all that it takes
         reports, _ = advance(batch, followers, reports)
     compiled = time.perf_counter()
-    updates, spent = 0, dict.fromkeys(("host", "begin", "launch", "collect"), 0.0)
+    updates, frames, spent = 0, 0, dict.fromkeys(("followers", "begin", "launch", "collect"), 0.0)
     while time.perf_counter() - compiled < SECONDS:
+        frames += len(reports)
         reports, part = advance(batch, followers, reports)
         updates += sum(report.outcome.substeps * batch.places.counts[i] for i, report in reports.items())
         spent = {name: spent[name] + part[name] for name in spent}
-    seconds = time.perf_counter() - compiled
+    served = sum(spent.values()) - spent["followers"]
     return {
-        "cases": count, "particles": sum(batch.places.counts), "updates_per_second": updates / seconds,
+        "cases": count, "particles": sum(batch.places.counts), "updates_per_second": updates / served,
+        "frames": frames, "served_ms": 1e3 * served / frames, "follower_ms": 1e3 * spent["followers"] / frames,
         "seconds": spent, "scenes_seconds": built - started, "compile_seconds": compiled - built,
         "memory_mib": read_memory(),
     }  # fmt: skip
@@ -195,18 +216,17 @@ def profile(count: int, device: str, quick: bool) -> dict:
 def advance(batch: Batch, followers: list[Follower], reports: dict) -> tuple[dict, dict[str, float]]:
     """Have cases go on that wait, and compute a few substeps; what the device tells, and the seconds it all took."""
     moments = [time.perf_counter()]
-    forces = {}
     for i, report in reports.items():
         followers[i].take(report)
-        forces[i] = followers[i].press()
+        followers[i].press()
     moments.append(time.perf_counter())
-    batch.begin(forces)
+    batch.begin([*reports])
     moments.append(time.perf_counter())
     batch.launch()
     moments.append(time.perf_counter())
     reports = batch.collect()
     moments.append(time.perf_counter())
-    return reports, dict(zip(("host", "begin", "launch", "collect"), np.diff(moments).tolist(), strict=True))
+    return reports, dict(zip(("followers", "begin", "launch", "collect"), np.diff(moments).tolist(), strict=True))
 
 
 def spread(kinds: tuple, count: int) -> list:
@@ -222,25 +242,65 @@ def read_memory() -> int:
     return max(map(int, subprocess.run(query, capture_output=True, text=True).stdout.split()))
 
 
-def measure_sweep(device: str, quick: bool) -> dict:
-    """The sweep by the command line into a store: seconds of the whole, and how many runs are done."""
+def measure_sweep(device: str, quick: bool, limit: float) -> dict:
+    """The sweep by the command line into a store: seconds of the whole, and how many runs and frames are done.
+
+    It is stopped after ``limit`` seconds.  ``first_frame_seconds``: until a run said that it had one.
+    """
     values = {"pressure": PRESSURES, "sintering": ARMS, "shape": SHAPES, "floor": FLOORS}
     if quick:
         values |= {"shape": SHAPES[:1], "floor": FLOORS[:2], "pressure": PRESSURES[1:2]}
     varied = [f"{name}={','.join(map(str, each))}" for name, each in values.items()]
-    with tempfile.TemporaryDirectory() as store:
+    with tempfile.TemporaryDirectory() as folder, Path(folder, "screen").open("w+") as screen:
+        store = Path(folder, "store")
         command = [
             sys.executable, "-m", "snowrepro", "run", "-m", *varied, *select(device), f"store={store}",
             f"fidelity={'preview' if quick else 'paper'}", "hydra/launcher=batch",
         ]  # fmt: skip
         started = time.perf_counter()
-        done = subprocess.run(command, capture_output=True, text=True)
-        seconds = time.perf_counter() - started
-        results = list(Path(store).glob("*/run.nc"))
-    return {
-        "runs": int(np.prod([len(each) for each in values.values()])), "done": len(results), "seconds": seconds,
-        "exit": done.returncode, "screen": (done.stdout + done.stderr)[-3000:],
-    }  # fmt: skip
+        sweep = subprocess.Popen(command, stdout=screen, stderr=screen, start_new_session=True)
+        first = wait_for_frame(sweep, store, limit)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            sweep.wait(max(0.0, started + limit - time.perf_counter()))
+        seconds, is_stopped = time.perf_counter() - started, sweep.poll() is None
+        done, frames = len(list(store.glob("*/run.nc"))), count_frames(store)
+        end_sweep(sweep)
+        screen.seek(0)
+        return {
+            "runs": int(np.prod([len(each) for each in values.values()])), "done": done, "frames": frames,
+            "seconds": seconds, "is_stopped": is_stopped, "first_frame_seconds": first, "exit": sweep.returncode,
+            "screen": screen.read()[-3000:],
+        }  # fmt: skip
+
+
+def wait_for_frame(sweep: subprocess.Popen, store: Path, limit: float) -> float | None:
+    """Wait until a run of a sweep says how far it is; seconds until then, None where the sweep or the time is over."""
+    started = time.perf_counter()
+    while sweep.poll() is None and (seconds := time.perf_counter() - started) < limit:
+        if any(store.glob(".work/*/progress.json")):
+            return seconds
+        time.sleep(0.1)
+    return None
+
+
+def count_frames(store: Path) -> int:
+    """Frames that the runs of a store have: those that are done, and those that are under way as they last said."""
+    frames = 0
+    for result in store.glob("*/run.nc"):
+        with xr.open_dataset(result) as dataset:
+            frames += dataset.sizes["frame"] - 1
+    return frames + sum(progress.frame for work in store.glob(".work/*") if (progress := read_progress(work)))
+
+
+def end_sweep(sweep: subprocess.Popen) -> None:
+    """Have a sweep end in order if it is not over, or else at once."""
+    if sweep.poll() is None:
+        sweep.send_signal(signal.SIGINT)
+    try:
+        sweep.wait(0.7 * ENDING)
+    except subprocess.TimeoutExpired:
+        os.killpg(sweep.pid, signal.SIGKILL)
+        sweep.wait()
 
 
 def describe(found: dict) -> list[str]:
@@ -252,10 +312,11 @@ def describe(found: dict) -> list[str]:
             "",
         ]
     rates = [found[f"rate {count}"] for count in COUNTS if "updates_per_second" in found.get(f"rate {count}", {})]
-    head = ["cases", "particles", "G updates/s", "compile [s]", "memory [MiB]"]
+    head = ["cases", "particles", "G updates/s", "frame [ms]", "frame beside it [ms]", "compile [s]", "memory [MiB]"]
     rows = [
         [
             str(rate["cases"]), f"{rate['particles']:,}", f"{rate['updates_per_second'] / 1e9:.3f}",
+            f"{rate['served_ms']:.3f}", f"{rate['follower_ms']:.3f}",
             f"{rate['compile_seconds']:.0f}", f"{rate['memory_mib']:,}",
         ]
         for rate in rates
@@ -263,7 +324,11 @@ def describe(found: dict) -> list[str]:
     lines += format_table(head, rows) if rows else []
     if "seconds" in (sweep := found.get("sweep", {})):
         lines += ["", f"A sweep from the command to the table: {sweep['done']} of {sweep['runs']} runs done in "]
-        lines[-1] += f"{sweep['seconds']:.0f} s."
+        lines[-1] += f"{sweep['seconds']:.0f} s, {sweep['frames']:,} frames."
+        if sweep["is_stopped"]:
+            lines[-1] += " It was stopped there."
+        if sweep["first_frame_seconds"] is not None:
+            lines[-1] += f" The first run had a frame after {sweep['first_frame_seconds']:.0f} s."
     return lines
 
 

@@ -126,13 +126,13 @@ def simulate_cases(cases: Sequence[Case], threads: int = 1) -> Iterator[tuple[in
     scenes = [build_scene(case) for case in cases]
     batch = Batch(cases, scenes, [None] * len(cases), threads)
     followers = [
-        Follower(case, scene, partial(batch.read_case, i))
+        Follower(case, scene, batch.table, batch.place_block(batch.force, i), partial(batch.read_case, i))
         for i, (case, scene) in enumerate(zip(cases, scenes, strict=True))
     ]
     records = [Record() for _ in cases]
     reports = batch.start()
     while reports or batch.is_under_way():
-        forces = {}
+        going_on = []
         for i, report in reports.items():
             try:
                 records[i].add(followers[i].take(report), cases[i])
@@ -142,8 +142,9 @@ def simulate_cases(cases: Sequence[Case], threads: int = 1) -> Iterator[tuple[in
             if records[i].is_ended:
                 yield i, _describe(cases[i], records[i])
             else:
-                forces[i] = followers[i].press()
-        batch.begin(forces)
+                followers[i].press()
+                going_on.append(i)
+        batch.begin(going_on)
         batch.launch()
         reports = batch.collect()
 

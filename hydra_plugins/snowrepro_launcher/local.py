@@ -5,7 +5,7 @@ Hydra scans this module in every application of the environment, so heavy import
 
 import contextlib
 import functools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -61,6 +61,8 @@ class LocalLauncher(Launcher):
         self.retries = retries
         self.running = 0  # jobs at a time
         self.service: Any = None
+        self.runs: Mapping[tuple[str, ...], Any] = {}  # of snowrepro, by the overrides of their jobs
+        self.common = b""
         self.config: DictConfig | None = None
         self.task_function: TaskFunction | None = None
         self.hydra_context: HydraContext | None = None
@@ -73,6 +75,8 @@ class LocalLauncher(Launcher):
 
     def launch(self, job_overrides: Sequence[Sequence[str]], initial_job_idx: int) -> Sequence[JobReturn]:
         """Run all jobs and return what each returned, in order; a lost one as a failed JobReturn."""
+        import cloudpickle
+
         from snowrepro.sweep.processes import Job, Limits, run_jobs
         from snowrepro.sweep.table import SweepTable
 
@@ -80,6 +84,7 @@ class LocalLauncher(Launcher):
         assert self.config is not None
         configure_log(self.config.hydra.hydra_logging, self.config.hydra.verbose)
         Path(str(self.config.hydra.sweep.dir)).mkdir(parents=True, exist_ok=True)
+        self.common = cloudpickle.dumps((self.hydra_context, self.task_function, self.config, Singleton.get_state()))
         common = set(job_overrides[0]).intersection(*job_overrides)
         jobs = []
         for index, overrides in enumerate(job_overrides, initial_job_idx):
@@ -103,24 +108,15 @@ class LocalLauncher(Launcher):
         return max(1, min(jobs, self.workers or min(usable_cores(), fitting)))
 
     def _prepare_job(self, overrides: Sequence[str], index: int, job: Any) -> bytes:
-        """Compose the configuration of a job that is about to start, and pickle its call.
+        """Pickle the call of a job that is about to start.  A run of snowrepro is told where it is in the store.
 
-        A job of snowrepro is told where it is in the store.
+        Its configuration is composed in its own process: here that would take a tenth of a second a job, one by one.
         """
         import cloudpickle
 
-        assert self.config is not None
-        assert self.hydra_context is not None
-        assert self.task_function is not None
-        config = self.hydra_context.config_loader.load_sweep_config(self.config, list(overrides))
-        with open_dict(config):
-            config.hydra.job.id = f"{config.hydra.job.name}_{index}"
-            config.hydra.job.num = index
-        _tie_to_store(job, config)
-        call = functools.partial(
-            execute, self.hydra_context, self.task_function, config, Singleton.get_state(), self.service
-        )
-        return cloudpickle.dumps(call)
+        if run := self.runs.get(tuple(overrides)):
+            _tie_to_store(job, run)
+        return cloudpickle.dumps(functools.partial(execute, self.common, overrides, index, self.service))
 
 
 class BatchLauncher(LocalLauncher):
@@ -156,20 +152,24 @@ class TaskFailed(Exception):
         return str(result_of(self.args[0]))
 
 
-def execute(
-    hydra_context: HydraContext,
-    task_function: TaskFunction,
-    config: DictConfig,
-    singletons: dict[Any, Any],
-    service: Any = None,
-) -> JobReturn:
-    """Run one job, computed by ``service`` if there is one; called in the fresh process.  Raises TaskFailed."""
+def execute(common: bytes, overrides: Sequence[str], index: int, service: Any = None) -> JobReturn:
+    """Run one job, computed by ``service`` if there is one; called in the fresh process.  Raises TaskFailed.
+
+    ``common``: what all jobs have in common, pickled.
+    """
+    import cloudpickle
+
     if service:
         from snowrepro.run import use_service
 
         use_service(service)
+    hydra_context, task_function, sweep_config, singletons = cloudpickle.loads(common)
     setup_globals()
     Singleton.set_state(singletons)
+    config = hydra_context.config_loader.load_sweep_config(sweep_config, list(overrides))
+    with open_dict(config):
+        config.hydra.job.id = f"{config.hydra.job.name}_{index}"
+        config.hydra.job.num = index
     returned = run_job(
         hydra_context=hydra_context,
         task_function=task_function,
@@ -182,17 +182,10 @@ def execute(
     return returned
 
 
-def _tie_to_store(job: Any, config: DictConfig) -> None:
+def _tie_to_store(job: Any, run: Any) -> None:
     """Set where a job of snowrepro reports progress, who else works on it, and where its loss is recorded."""
-    from snowrepro.composition.compose import validate
-    from snowrepro.errors import ConfigError
     from snowrepro.store import lease
-    from snowrepro.store.run import Run
 
-    try:
-        run = Run(validate(config))
-    except ConfigError:  # another application's job
-        return
     job.folder = run.work
 
     def is_elsewhere(job: Any) -> bool:

@@ -2,7 +2,8 @@
 
 What the kernels are compiled for (``Constants``) has to be the same for all: pressure, snow shape, floor, sintering,
 gravity and heights may differ.  ``Batch`` is what stands on the device; a ``Follower`` of each case makes frames of
-what comes from there, and works out what it needs for the next: it may be in another process.
+what comes from there, and works out what it needs for the next: it may be in another process.  What the device tells of
+particles, and the forces that it is given, stand in one table that both see; each case has places of its own in it.
 """
 
 import dataclasses
@@ -20,8 +21,8 @@ from ..settings.case import Case
 from . import parallel, state
 from .cases import LANES, Cases
 from .constants import Constants, make_constants
-from .copies import Selection, copy_cases_in, copy_cases_out
-from .frame import Frame, Outcome, check_frame, read_outcomes
+from .copies import Selection, copy_slots_in, copy_slots_out
+from .frame import Frame, Outcome, check_frame, is_over, make_outcome, read_ledger, read_outcomes
 from .solver import find_released, is_pressed, is_release, make_orders, make_pressing_force, start_taichi
 
 # What a frame's end is described by: what moves, and what only sintering changes.  The rest is read when asked for.
@@ -35,28 +36,31 @@ Values = dict[str, np.ndarray]  # quantities of a case's particles by name, each
 
 @dataclass(frozen=True)
 class Block:
-    """Some quantities of a case's particles, side by side in the columns of ``values`` (n, width)."""
+    """Where some quantities of a case's particles stand in a table, side by side in ``width`` columns.
+
+    ``first``: the number of the table that it begins with; ``count``: of particles.
+    """
 
     names: tuple[str, ...]
-    values: np.ndarray
+    first: int
+    count: int
+    width: int
 
-    def split(self, shapes: Mapping[str, tuple[int, ...]]) -> Values:
-        """A copy of each quantity, shape (n, *shape)."""
-        widths = [math.prod(shapes[name]) for name in self.names]
-        parts = np.split(self.values, np.cumsum(widths[:-1]), axis=1)
-        return {name: part.reshape(-1, *shapes[name]).copy() for name, part in zip(self.names, parts, strict=True)}
+    def view(self, table: np.ndarray) -> np.ndarray:
+        """Its part of a table, shape (count, width)."""
+        return table[self.first : self.first + self.count * self.width].reshape(self.count, self.width)
 
 
 @dataclass(frozen=True)
 class FrameReport:
-    """What the device says of a case's frame: its number, outcome, and what may have changed of its particles.
+    """What the device says of a case's frame: its number, outcome, and where that stands which may have changed.
 
     ``is_start``: it is where the case begins, and was not computed.
     """
 
     number: int
     outcome: Outcome
-    blocks: tuple[Block, ...]
+    blocks: tuple[Block, ...] = ()
     is_start: bool = False
 
 
@@ -78,11 +82,12 @@ class _Snapshot:
 class Follower:
     """A case of a batch as the process sees it that makes a run of it.
 
-    ``fetch`` copies all quantities of the case from the device, for as long as the case waits there.
+    ``table``: where the device tells of particles; ``force``: where in it that of the next frame belongs; ``fetch``
+    copies all quantities of the case from the device, for as long as the case waits there.
     """
 
-    def __init__(self, case: Case, scene: Scene, fetch: Callable[[], Values]) -> None:
-        self.case, self.scene, self.fetch = case, scene, fetch
+    def __init__(self, case: Case, scene: Scene, table: np.ndarray, force: Block, fetch: Callable[[], Values]) -> None:
+        self.case, self.scene, self.table, self.force, self.fetch = case, scene, table, force.view(table), fetch
         self.constants = make_constants(case)
         self.quantities = state.list_quantities(case)
         self.shapes = {quantity.name: quantity.shape for quantity in self.quantities}
@@ -93,32 +98,38 @@ class Follower:
     def take(self, report: FrameReport) -> Frame:
         """The frame that the device tells of.  Raises Diverged where it did not end well."""
         unchanged = {name: self.known[name] for name in UNCHANGED if name in self.known}
-        self.known, self.number = unchanged, report.number
+        self.known, self.number = self.fetch() if report.is_start else unchanged, report.number
         for block in report.blocks:
-            self.known |= block.split(self.shapes)
+            self.known |= split(block.view(self.table), block.names, self.shapes)
         frame = Frame(report.number, report.outcome, _Snapshot(self.quantities, dict(self.known), self.fetch))
         if not report.is_start:
             check_frame(frame.outcome, frame.read, self.case, self.constants, report.number)
         return frame
 
-    def press(self) -> np.ndarray | None:
-        """The external force in the case's next frame (n, 2); None where there is none, or it is as before."""
+    def press(self) -> None:
+        """Put the external force of the case's next frame, where there is one, into its place."""
         number = self.number + 1
         if is_pressed(self.case, number):
-            force = make_pressing_force(self.case, self.scene, self.known["position"], number)
-            self.known["force"] = force.astype(self.real).astype(float)  # as the device keeps it
-            return force
-        if is_release(self.case, number):
+            self.force[:] = make_pressing_force(self.case, self.scene, self.known["position"], number)
+            self.known["force"] = self.force.astype(self.real).astype(float, copy=False)  # as the device keeps it
+        elif is_release(self.case, number):
             self.known["force"] = np.zeros_like(self.known["force"])
-        return None
+
+
+def split(values: np.ndarray, names: Sequence[str], shapes: Mapping[str, tuple[int, ...]]) -> Values:
+    """A copy of each of the quantities, shape (n, *shape), that stand side by side in ``values`` (n, width)."""
+    widths = [math.prod(shapes[name]) for name in names]
+    parts = np.split(values, np.cumsum(widths[:-1]), axis=1)
+    return {name: part.reshape(-1, *shapes[name]).copy() for name, part in zip(names, parts, strict=True)}
 
 
 @dataclass
 class _Member:
-    """A case on the device: its frame's number, and whether it waits to be told to go on."""
+    """A case on the device: its frame's number, whether it sinters in it, and whether it waits to be told to go on."""
 
     case: Case
     number: int = 0
+    sinters: bool = False
     waits: bool = True
 
 
@@ -130,11 +141,17 @@ class Batch:
     """
 
     def __init__(
-        self, cases: Sequence[Case], scenes: Sequence[Scene], resumes: Sequence[Checkpoint | None], threads: int = 1
+        self,
+        cases: Sequence[Case],
+        scenes: Sequence[Scene],
+        resumes: Sequence[Checkpoint | None],
+        threads: int = 1,
+        make_table: Callable[[int], np.ndarray] = np.empty,
     ) -> None:
         """Put the cases in their place, each from its checkpoint on where it has one.
 
-        Raises ConfigError where they are not of a kind, or cannot be computed side by side.
+        ``make_table`` makes the table, of so many numbers.  Raises ConfigError where cases are not of a kind, or cannot
+        be computed side by side.
         """
         self.constants = require_one_kind(cases)
         start_taichi(cases[0].solver, threads)
@@ -150,47 +167,53 @@ class Batch:
         self.sintered = Selection(self.particles, SINTERED)
         self.force = Selection(self.particles, ("force",))
         self.released = Selection(self.particles, find_released(cases[0]))
+        ends = self.places.slots * np.cumsum([0, self.moving.width, self.sintered.width, self.force.width])
+        self.firsts = dict(zip((self.moving, self.sintered, self.force), ends[:-1].tolist(), strict=True))
+        self.table = make_table(int(ends[-1]))
         self._fill(scenes, resumes)
 
     def _fill(self, scenes: Sequence[Scene], resumes: Sequence[Checkpoint | None]) -> None:
         """Give each case its first values, or those of its checkpoint."""
         quantities = self.particles.quantities
         for i, (member, scene) in enumerate(zip(self.members, scenes, strict=True)):
-            self._write(self.whole, {i: state.make_first_values(quantities, scene, member.case.material)})
+            self._write_case(i, state.make_first_values(quantities, scene, member.case.material))
         if self.members[0].case.reading.initial_volume == "grid_density":
             parallel.find_volumes(self.particles, self.nodes, self.ledger, self.constants)
         for i, resume in enumerate(resumes):
             if resume:
-                self._write(self.whole, {i: resume})
+                self._write_case(i, resume)
                 self.members[i].number = int(resume["frame"])
                 self.ledger.top_speed2[i] = float(resume["top_speed2"])
 
     def start(self) -> dict[int, FrameReport]:
-        """Where each case begins, with all its quantities: frame 0, or the frame of its checkpoint."""
+        """Where each case begins: frame 0, or the frame of its checkpoint."""
         outcomes = read_outcomes(self.ledger)
-        return {
-            i: FrameReport(member.number, outcomes[i], (self._read(self.whole, [i])[i],), is_start=True)
-            for i, member in enumerate(self.members)
-        }
+        return {i: FrameReport(m.number, outcomes[i], is_start=True) for i, m in enumerate(self.members)}
 
-    def begin(self, forces: Mapping[int, np.ndarray | None]) -> None:
-        """Begin the next frame of some cases, each with the external force of its ``Follower.press``."""
-        if not forces:
+    def begin(self, chosen: Sequence[int]) -> None:
+        """Begin the next frame of some cases, each with the external force that its ``Follower.press`` put down."""
+        if not chosen:
             return
         orders = np.zeros((len(self.members), 3))
-        for i in forces:
+        for i in chosen:
             member = self.members[i]
             member.number, member.waits = member.number + 1, False
-            orders[i] = make_orders(member.case, member.number)
-        self._release([i for i in forces if is_release(self.members[i].case, self.members[i].number)])
-        self._write(self.force, {i: {"force": force} for i, force in forces.items() if force is not None})
-        parallel.begin(self.particles, self.nodes, self.ledger, self.constants, self._mark([*forces]), orders)
+            orders[i] = acting = make_orders(member.case, member.number)
+            member.sinters = acting.sinters
+        self._release([i for i in chosen if is_release(self.members[i].case, self.members[i].number)])
+        self._take_forces([i for i in chosen if is_pressed(self.members[i].case, self.members[i].number)])
+        parallel.begin(self.particles, self.nodes, self.ledger, self.constants, self._mark(chosen), orders)
 
     def _release(self, chosen: Sequence[int]) -> None:
         """Take the external force from cases, and what else becomes zero at the release."""
-        shapes = self.released.shapes
-        zeros = {i: {name: np.zeros((self.places.counts[i], *shapes[name])) for name in shapes} for i in chosen}
-        self._write(self.released, zeros)
+        for first, last in self.places.find_spans(chosen):
+            zeros = np.zeros((last - first, self.released.width))
+            copy_slots_in(self.released, self.places, zeros, first, last)
+
+    def _take_forces(self, chosen: Sequence[int]) -> None:
+        """Give the device the external forces of cases."""
+        for first, last in self.places.find_spans(chosen):
+            copy_slots_in(self.force, self.places, self._view(self.force, first, last), first, last)
 
     def launch(self) -> None:
         """Have the device compute a few substeps of all cases that are in a frame; it may still be at it afterwards."""
@@ -199,66 +222,56 @@ class Batch:
 
     def collect(self) -> dict[int, FrameReport]:
         """Wait for the device; tell of the cases whose frame has ended, or failed."""
-        outcomes = read_outcomes(self.ledger)
-        over = [i for i, member in enumerate(self.members) if not member.waits and outcomes[i].is_over]
+        ended = is_over(read_ledger(self.ledger)).tolist()
+        over = [i for i, member in enumerate(self.members) if ended[i] and not member.waits]
         if not over:
             return {}
         parallel.end(self.particles, self.nodes, self.ledger, self.constants, self._mark(over))
-        outcomes = read_outcomes(self.ledger)
-        moved = self._read(self.moving, over)
-        sintered = self._read(self.sintered, [i for i in over if self._sinters(i)])
-        for i in over:
-            self.members[i].waits = True
-        return {
-            i: FrameReport(
-                self.members[i].number,
-                dataclasses.replace(outcomes[i], particle=outcomes[i].particle - self.places.first_slots[i]),
-                (moved[i], sintered[i]) if i in sintered else (moved[i],),
-            )
-            for i in over
-        }
+        self._tell(self.moving, over)
+        self._tell(self.sintered, [i for i in over if self.members[i].sinters])
+        rows = read_ledger(self.ledger)
+        return {i: self._report(i, make_outcome(rows[i].tolist())) for i in over}
+
+    def _tell(self, selection: Selection, chosen: Sequence[int]) -> None:
+        """Copy a selection of the quantities of cases to their places in the table."""
+        for first, last in self.places.find_spans(chosen):
+            copy_slots_out(selection, self._view(selection, first, last), first, last)
+
+    def _report(self, i: int, outcome: Outcome) -> FrameReport:
+        """What is to be said of a case whose frame has ended; it waits from now on."""
+        member = self.members[i]
+        member.waits = True
+        told = (self.moving, self.sintered) if member.sinters else (self.moving,)
+        own = dataclasses.replace(outcome, particle=outcome.particle - self.places.first_slots[i])
+        return FrameReport(member.number, own, tuple(self.place_block(selection, i) for selection in told))
 
     def is_under_way(self) -> bool:
         """Whether any case has begun a frame and not ended it."""
         return any(not member.waits for member in self.members)
 
-    def _sinters(self, i: int) -> bool:
-        """Whether a case sinters in its frame."""
-        return make_orders(self.members[i].case, self.members[i].number).sinters
+    def place_block(self, selection: Selection, i: int) -> Block:
+        """Where a selection of the quantities of a case stands in the table."""
+        first = self.firsts[selection] + self.places.first_slots[i] * selection.width
+        return Block(tuple(selection.places), first, self.places.counts[i], selection.width)
 
     def read_case(self, i: int) -> Values:
         """Copy all quantities of one case, by name."""
-        return self._read(self.whole, [i])[i].split(self.whole.shapes)
+        first, count = self.places.first_slots[i], self.places.counts[i]
+        values = np.empty((count, self.whole.width))
+        copy_slots_out(self.whole, values, first, first + count)
+        return split(values, [*self.whole.places], self.whole.shapes)
 
-    def _read(self, selection: Selection, chosen: Sequence[int]) -> dict[int, Block]:
-        """Copy a selection of the quantities of the chosen cases."""
-        if not chosen:
-            return {}
-        rows, count = self._place_rows(chosen)
-        values = np.empty((count, selection.width))
-        copy_cases_out(selection, self.places, rows, values)
-        names = tuple(selection.places)
-        return {i: Block(names, values[rows[i] : rows[i] + self.places.counts[i]]) for i in chosen}
+    def _write_case(self, i: int, given: Mapping[str, np.ndarray]) -> None:
+        """Set all quantities of one case, by name."""
+        count = self.places.counts[i]
+        columns = [np.asarray(given[name], dtype=float).reshape(count, -1) for name in self.whole.places]
+        slots = self.places.first_slots[i : i + 2]
+        copy_slots_in(self.whole, self.places, np.ascontiguousarray(np.concatenate(columns, axis=1)), *slots)
 
-    def _write(self, selection: Selection, given: Mapping[int, Mapping[str, np.ndarray]]) -> None:
-        """Set a selection of quantities of some cases, by case and name."""
-        if not given:
-            return
-        rows, count = self._place_rows([*given])
-        values = np.empty((count, selection.width))
-        for i, quantities in given.items():
-            for name, (first, last) in selection.places.items():
-                part = np.asarray(quantities[name], dtype=float).reshape(self.places.counts[i], -1)
-                values[rows[i] : rows[i] + self.places.counts[i], first:last] = part
-        copy_cases_in(selection, self.places, rows, values)
-
-    def _place_rows(self, chosen: Sequence[int]) -> tuple[np.ndarray, int]:
-        """The first row of each case in an array for the chosen ones alone, -1 for others; and how many rows it has."""
-        rows, count = np.full(len(self.members), -1, dtype=np.int32), 0
-        for i in chosen:
-            rows[i] = count
-            count += self.places.counts[i]
-        return rows, count
+    def _view(self, selection: Selection, first: int, last: int) -> np.ndarray:
+        """What the table holds of a selection, of the slots from ``first`` on and before ``last``, a row each."""
+        start, width = self.firsts[selection], selection.width
+        return self.table[start + first * width : start + last * width].reshape(-1, width)
 
     def _mark(self, chosen: Sequence[int]) -> np.ndarray:
         """One for each of the chosen cases, zero for the others."""

@@ -45,6 +45,14 @@ class Cases:
                 _make_table, (self.first_columns[:-1], [wide for wide, _ in sizes], [tall for _, tall in sizes])
             )
 
+    def find_spans(self, chosen: Sequence[int]) -> list[tuple[int, int]]:
+        """The slots of some cases, those of neighbours as one span: the first of each, and that behind its last."""
+        spans: list[tuple[int, int]] = []
+        for case in sorted(chosen):
+            first, behind = self.first_slots[case : case + 2]
+            spans.append((spans.pop()[0] if spans and spans[-1][1] == first else first, behind))
+        return spans
+
     @ti.func
     def of_particle(self, p):
         """The case of particle p."""

@@ -11,10 +11,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..compiler import as_template, ti
-from .cases import CHUNK
 from .ledger import TOTALS
 
-FIRST_TOTAL = 8  # column of the first of TOTALS in an outcome
+STATUS, UNDER_WAY, FIRST_TOTAL = 0, 2, 8  # columns of an outcome; the last is that of the first of TOTALS
 
 
 @as_template
@@ -60,35 +59,28 @@ def copy_in(particles: ti.template(), values: ti.types.ndarray(dtype=ti.f64, ndi
 
 
 @ti.kernel
-def copy_cases_out(
-    selection: ti.template(),
-    cases: ti.template(),
-    rows: ti.types.ndarray(dtype=ti.i32, ndim=1),
-    values: ti.types.ndarray(dtype=ti.f64, ndim=2),
+def copy_slots_out(
+    selection: ti.template(), values: ti.types.ndarray(dtype=ti.f64, ndim=2), first_slot: ti.i32, last_slot: ti.i32
 ):
-    """Copy a selection of quantities of some cases to ``values``; ``rows``: where each begins in it, or below zero."""
-    for p in range(cases.slots):
-        case = cases.of_particle(p)
-        if rows[case] >= 0 and p < cases.end(case):
-            row = rows[case] + p - cases.chunks_of(case)[0] * CHUNK
-            for columns in ti.static(selection.columns):
-                put(columns, p, values, row, 0)
+    """Copy a selection of quantities to ``values``, a row a slot, from a first slot on and before a last one."""
+    for p in range(first_slot, last_slot):
+        for columns in ti.static(selection.columns):
+            put(columns, p, values, p - first_slot, 0)
 
 
 @ti.kernel
-def copy_cases_in(
+def copy_slots_in(
     selection: ti.template(),
     cases: ti.template(),
-    rows: ti.types.ndarray(dtype=ti.i32, ndim=1),
     values: ti.types.ndarray(dtype=ti.f64, ndim=2),
+    first_slot: ti.i32,
+    last_slot: ti.i32,
 ):
-    """Copy ``values`` to a selection of quantities of some cases; the padding of each repeats its last particle."""
-    for slot in range(cases.slots):
-        case = cases.of_particle(slot)
-        if rows[case] >= 0:
-            row = rows[case] + ti.min(slot, cases.end(case) - 1) - cases.chunks_of(case)[0] * CHUNK
-            for columns in ti.static(selection.columns):
-                take(columns, slot, values, row, 0)
+    """Copy ``values``, a row a slot, to a selection of quantities; the padding of a case repeats its last particle."""
+    for slot in range(first_slot, last_slot):
+        row = ti.min(slot, cases.end(cases.of_particle(slot)) - 1) - first_slot
+        for columns in ti.static(selection.columns):
+            take(columns, slot, values, row, 0)
 
 
 @ti.kernel

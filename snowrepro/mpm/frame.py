@@ -10,7 +10,7 @@ from ..errors import Diverged
 from ..laws.quantity import Quantity
 from ..settings.case import Case
 from .constants import Constants
-from .copies import FIRST_TOTAL, copy_outcomes
+from .copies import FIRST_TOTAL, STATUS, UNDER_WAY, copy_outcomes
 from .indenter import Place
 from .ledger import TOTALS
 from .state import RUNNING, TOO_MANY_SUBSTEPS, Ledger
@@ -46,20 +46,25 @@ class Outcome:
     top_speed2: float
     totals: dict[str, float]
 
-    @property
-    def is_over(self) -> bool:
-        """Whether the frame has come to its end, or failed."""
-        return self.status != RUNNING or not self.under_way
-
 
 def read_outcomes(ledger: Ledger) -> list[Outcome]:
     """Read what the ledger says of each case."""
+    return [make_outcome(row) for row in read_ledger(ledger).tolist()]
+
+
+def read_ledger(ledger: Ledger) -> np.ndarray:
+    """Read what the ledger says of each case, as a row of numbers: the fields of Outcome, then TOTALS."""
     values = np.empty((ledger.cases.number, FIRST_TOTAL + len(TOTALS)))
     copy_outcomes(ledger, values)
-    return [_make_outcome(row) for row in values.tolist()]
+    return values
 
 
-def _make_outcome(row: list[float]) -> Outcome:
+def is_over(rows: np.ndarray) -> np.ndarray:
+    """Whether the frame has come to its end, or failed, of each case whose row ``read_ledger`` gives."""
+    return (rows[:, STATUS] != RUNNING) | (rows[:, UNDER_WAY] == 0)
+
+
+def make_outcome(row: list[float]) -> Outcome:
     """An outcome from its row of numbers."""
     status, particle, under_way, substeps, ended_inside, elapsed, smallest_step, top_speed2, *totals = row
     return Outcome(

@@ -2,13 +2,16 @@
 
 A process that makes a run asks for frames as ``solver.frames`` gives them, and gets the same bits.  Those that ask
 within PATIENCE of each other, and that the solver is compiled alike for, are one batch; who comes later waits for the
-next.  Particles go through a file, a frame of each case at a time: a case goes on when its process says so.
+next.  Particles and forces go through memory that all share, a frame of each case at a time: a case goes on when its
+process says so.
 """
 
 import contextlib
-import dataclasses
+import mmap
+import os
 import queue
 import selectors
+import tempfile
 import threading
 import time
 from collections.abc import Iterator, Mapping
@@ -16,15 +19,16 @@ from dataclasses import dataclass
 from functools import partial
 from multiprocessing import AuthenticationError
 from multiprocessing.connection import Client, Connection, Listener
-from pathlib import Path
-from typing import Any
+from multiprocessing.reduction import recv_handle, send_handle
+from typing import Any, BinaryIO
 
 import numpy as np
 
+from ..compiler import keep_kernels
 from ..errors import RunsFailed, SnowreproError
 from ..scene.build import Scene
 from ..settings.case import Case
-from .batch import Batch, Block, Follower, FrameReport, Values, kind_of
+from .batch import Batch, Follower, Values, kind_of
 from .device import note_elsewhere, read_device
 from .frame import Frame
 from .state import list_quantities
@@ -57,17 +61,19 @@ def _follow(address: Address, case: Case, scene: Scene, resume: Mapping[str, np.
     """Yield the frames of a case.  Raises what the service says; EOFError or ConnectionError where it is gone."""
     with _connect(address) as connection:
         connection.send((case, scene, resume and _select_state(case, resume)))
-        path, first, computes_on, cases = _receive(connection)
+        force, size, computes_on, cases = _receive(connection)
         note_elsewhere(computes_on, cases)
-        table = np.memmap(path, dtype=float, mode="r", offset=first)
-        follower = Follower(case, scene, partial(_ask_whole, connection))
+        with os.fdopen(recv_handle(connection), "r+b", buffering=0) as memory:
+            table = _map_table(memory, size)
+        follower = Follower(case, scene, table, force, partial(_ask_whole, connection))
         while True:
-            frame = follower.take(_read_report(_receive(connection), table, len(scene.positions)))
+            frame = follower.take(_receive(connection))
             if not (resume and frame.number == int(resume["frame"])):  # that one is known
                 yield frame
             if frame.number == case.frames:
                 return
-            connection.send((GO_ON, follower.press()))
+            follower.press()
+            connection.send(GO_ON)
 
 
 def _select_state(case: Case, resume: Mapping[str, np.ndarray]) -> Values:
@@ -79,19 +85,9 @@ def _select_state(case: Case, resume: Mapping[str, np.ndarray]) -> Values:
     return {**state, "frame": resume["frame"], "top_speed2": resume["top_speed2"]}
 
 
-def _read_report(report: FrameReport, table: np.ndarray, count: int) -> FrameReport:
-    """What the service tells, with the values of its blocks, which stand one after another in ``table``."""
-    blocks, first = [], 0
-    for block in report.blocks:
-        last = first + count * block.values.shape[1]
-        blocks.append(Block(block.names, table[first:last].reshape(count, -1)))
-        first = last
-    return dataclasses.replace(report, blocks=tuple(blocks))
-
-
 def _ask_whole(connection: Connection) -> Values:
     """Ask the service for all quantities of the case, which waits there."""
-    connection.send((WHOLE, None))
+    connection.send(WHOLE)
     return _receive(connection)
 
 
@@ -169,13 +165,10 @@ class _WaitingRoom:
 def serve(address: Address, threads: int, most: int) -> None:
     """Compute batches of at most ``most`` cases for who asks, until this process is ended."""
     room = _WaitingRoom(Listener(address.path, family="AF_UNIX", backlog=most, authkey=address.key))
-    number = 0
     while True:
         group = room.gather(most)
-        number += 1
-        table = Path(f"{address.path}-{number}")
         try:
-            _serve_batch(group, table, threads)
+            _serve_batch(group, threads)
         except Exception as error:
             reason = error if isinstance(error, SnowreproError) else RunsFailed(f"the batch failed: {error}")
             for client in group:
@@ -185,16 +178,19 @@ def serve(address: Address, threads: int, most: int) -> None:
         finally:
             for client in group:
                 client.connection.close()
-            table.unlink(missing_ok=True)
+            keep_kernels()  # nothing else does so for a process that is ended
 
 
-def _serve_batch(group: list[_Client], path: Path, threads: int) -> None:
+def _serve_batch(group: list[_Client], threads: int) -> None:
     """Compute a batch, each case for as long as its process wants it."""
-    batch = Batch([a.case for a in group], [a.scene for a in group], [a.resume for a in group], threads)
-    places = np.cumsum([0, *batch.places.counts]) * batch.whole.width
-    table = np.memmap(path, dtype=float, mode="w+", shape=(int(places[-1]),))
-    for client, first in zip(group, places[:-1], strict=True):
-        _send(client.connection, (str(path), int(first) * table.itemsize, read_device(), len(group)))
+    with _open_memory() as memory:
+        cases, scenes, resumes = zip(*((a.case, a.scene, a.resume) for a in group), strict=True)
+        batch = Batch(cases, scenes, resumes, threads, partial(_map_table, memory))
+        for i, client in enumerate(group):
+            force = batch.place_block(batch.force, i)
+            _send(client.connection, (force, batch.table.size, read_device(), len(group)))
+            with contextlib.suppress(OSError):
+                send_handle(client.connection, memory.fileno(), None)
     reports = batch.start()
     with selectors.DefaultSelector() as selector:
         for i, client in enumerate(group):
@@ -202,40 +198,44 @@ def _serve_batch(group: list[_Client], path: Path, threads: int) -> None:
         while selector.get_map():
             batch.launch()  # and meanwhile
             for i, report in reports.items():
-                _send_report(group[i].connection, report, table[places[i] : places[i + 1]])
-            forces = _answer_clients(selector, batch, must_wait=not batch.is_under_way())
+                _send(group[i].connection, report)
+            chosen = _answer_clients(selector, batch, must_wait=not batch.is_under_way())
             reports = batch.collect()
-            batch.begin(forces)
+            batch.begin(chosen)
 
 
-def _send_report(connection: Connection, report: FrameReport, table: np.ndarray) -> None:
-    """Tell a process of its case's frame; what its blocks hold goes to its part of the batch's file."""
-    first = 0
-    for block in report.blocks:
-        table[first : first + block.values.size] = block.values.reshape(-1)
-        first += block.values.size
-    blocks = tuple(Block(block.names, block.values[:0]) for block in report.blocks)
-    _send(connection, dataclasses.replace(report, blocks=blocks))
+def _open_memory() -> BinaryIO:
+    """Open memory without a name, which is gone when no process has it any more; where there is none, such a file."""
+    if hasattr(os, "memfd_create"):
+        return os.fdopen(os.memfd_create("snowrepro"), "r+b", buffering=0)
+    return tempfile.TemporaryFile(buffering=0)
 
 
-def _answer_clients(selector: selectors.BaseSelector, batch: Batch, must_wait: bool) -> dict[int, np.ndarray | None]:
-    """Answer what processes ask for; return the cases that are to go on, each with the external force of its frame.
+def _map_table(memory: BinaryIO, size: int) -> np.ndarray:
+    """So many numbers in memory that other processes see too."""
+    length = size * np.dtype(float).itemsize
+    memory.truncate(length)
+    return np.frombuffer(mmap.mmap(memory.fileno(), length))
+
+
+def _answer_clients(selector: selectors.BaseSelector, batch: Batch, must_wait: bool) -> list[int]:
+    """Answer what processes ask for; return the cases that are to go on.
 
     One that is gone is listened to no more.
     """
-    forces = {}
+    chosen = []
     for key, _ in selector.select(None if must_wait else 0):
         connection: Any = key.fileobj
         try:
-            wish, force = connection.recv()
+            wish = connection.recv()
         except (EOFError, OSError):
             selector.unregister(connection)
             continue
         if wish == WHOLE:
             _send(connection, batch.read_case(key.data))
         else:
-            forces[key.data] = force
-    return forces
+            chosen.append(key.data)
+    return chosen
 
 
 def _send(connection: Connection, message: Any) -> None:

@@ -4,8 +4,9 @@ import contextlib
 import importlib.util
 import sys
 import traceback
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from hydra import initialize_config_dir
 from hydra.core.plugins import Plugins
@@ -19,6 +20,7 @@ from ..composition.own_options import offer_own_options
 from ..errors import ConfigError, RunsFailed
 from ..run import do_job, warn_of_settings_left_out
 from ..settings.batch import require_fit_for_batch
+from ..store.run import Run
 from .plan import Plan, Planned, split_swept
 from .table import watching
 
@@ -53,13 +55,24 @@ def launch(plan: Plan, chosen: Sequence[Planned], memory_mb: float) -> None:
             _noise_into(store / LOG),
             contextlib.nullcontext() if is_own else watching([planned.run for planned in chosen]),
         ):
-            _launch(jobs, context, config, store / LOG)
+            runs = {tuple(job): planned.run for job, planned in zip(jobs, chosen, strict=True)} if is_own else {}
+            _launch(jobs, runs, context, config, store / LOG)
 
 
-def _launch(jobs: Sequence[Sequence[str]], context: HydraContext, config: DictConfig, log: Path) -> None:
-    """Have Hydra's launcher run the jobs.  Raises RunsFailed."""
+def _launch(
+    jobs: Sequence[Sequence[str]],
+    runs: Mapping[tuple[str, ...], Run],
+    context: HydraContext,
+    config: DictConfig,
+    log: Path,
+) -> None:
+    """Have Hydra's launcher run the jobs; one of ours is told which ``runs`` they are.  Raises RunsFailed."""
     try:
-        launcher = Plugins.instance().instantiate_launcher(hydra_context=context, task_function=do_job, config=config)
+        launcher: Any = Plugins.instance().instantiate_launcher(
+            hydra_context=context, task_function=do_job, config=config
+        )
+        if runs:
+            launcher.runs = runs
         size = OmegaConf.select(config, "hydra.sweeper.max_batch_size") or len(jobs)
         for first in range(0, len(jobs), size):
             launcher.launch(jobs[first : first + size], initial_job_idx=first)

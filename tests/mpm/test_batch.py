@@ -127,17 +127,21 @@ def run_to(cases, resumes, stop: int) -> list[dict[str, np.ndarray]]:
     """The checkpoints of cases side by side, each in a frame."""
     scenes = [build_scene(case) for case in cases]
     batch, pairs = Batch(cases, scenes, resumes), zip(cases, scenes, strict=True)
-    followers = [Follower(case, scene, partial(batch.read_case, i)) for i, (case, scene) in enumerate(pairs)]
+    followers = [
+        Follower(case, scene, batch.table, batch.place_block(batch.force, i), partial(batch.read_case, i))
+        for i, (case, scene) in enumerate(pairs)
+    ]
     ends, reports = {}, batch.start()
     while reports or batch.is_under_way():
-        forces = {}
+        going_on = []
         for i, report in reports.items():
             frame = followers[i].take(report)
             if frame.number == stop:
                 ends[i] = frame.checkpoint()
             else:
-                forces[i] = followers[i].press()
-        batch.begin(forces)
+                followers[i].press()
+                going_on.append(i)
+        batch.begin(going_on)
         batch.launch()
         reports = batch.collect()
     return [ends[i] for i in range(len(cases))]
@@ -180,20 +184,28 @@ def test_where_cases_stand(taichi):
     assert (many.first_columns, many.grid) == ((0, 7, 10, 14), (14, 12))
     assert many.case_of_chunk.to_numpy().tolist() == [0, 0, 1, 2]
     assert many.last_slot.to_numpy().tolist() == [130, 2 * CHUNK + 1, 4 * CHUNK]
+    assert many.find_spans([2, 0]) == [(0, 2 * CHUNK), (3 * CHUNK, 4 * CHUNK)]
+    assert many.find_spans([1, 0]) == [(0, 3 * CHUNK)]
+    assert many.find_spans([]) == []
 
 
 @pytest.mark.nightly
 def test_a_sweep_is_computed_side_by_side(tmp_path):
-    """By the command line into a store: the runs of the usual launcher, bit by bit, and their failures."""
+    """By the command line into a store: the runs of the usual launcher, bit by bit, and their failures.
+
+    The process that computes is ended with the sweep, and keeps its kernels all the same.
+    """
     varied = ("pressure=3000,1e9", "sintering=paper,none", "solver.summation=fixed_point", "loading.frames=30")
     stores = {}
     for launcher in ("batch", "local"):
         made = command_line.run(
             "run", "-m", *SMALL[:-3], "reading.drop_height=6", "reading.gravity=40", "loading.press_frames=20", *varied,
             f"hydra/launcher={launcher}", f"store={launcher}", cwd=tmp_path,
+            env={**os.environ, "TI_OFFLINE_CACHE_FILE_PATH": str(tmp_path / f"kernels-{launcher}")},
         )  # fmt: skip
         assert made.returncode == 3, made.stderr
         stores[launcher] = {path.parent.name: path for path in sorted((tmp_path / launcher).glob("*/run.nc"))}
+    assert list(tmp_path.glob("kernels-batch/**/*.tic"))
     assert len(stores["batch"]) == 2  # those that do not diverge
     assert [*stores["batch"]] == [*stores["local"]]
     for run, path in stores["batch"].items():

@@ -9,8 +9,8 @@ from ..arguments import EXITS, add_folders, complete_by
 
 HELP = f"""\
 One setting is written as a range, in quotes for the shell: 'pressure=log(200,6000)', 'reading.gravity=interval(5,20)'
-or 'reading.press_ramp=whole(0,20)'.  The ends of the range are run first; from then on a bracketing method says which value
-is next, until the target is bracketed as narrowly as asked for.  Lists are crossed, so that there is a search for each
+or 'reading.press_ramp=whole(0,20)'.  The ends of the range are run first; from then on a bracketing method says which
+value is next, until the target is bracketed as narrowly as asked for.  Lists are crossed: there is a search for each
 shape and floor; runs of one value with several seeds are averaged.
 
 The next value follows from the results in the store alone.  So a search that was stopped takes the same path when it is
