@@ -51,7 +51,7 @@ def test_variants_are_split_by_what_they_do(ablation):
 
 def test_the_verdict_is_made_of_the_numbers(ablation):
     assert _describe(ablation, 5900) == (
-        "At 5900 all laws leave 0.80 of the mass in lumps: without C4 (0.00) half or more of it is gone; without C1 "
-        "(0.61) it is less; nothing changes without C2 or C5; not known without Eq. 2; alone, C4 (0.91)."
+        "At 5900 all laws leave 0.80 of the mass in lumps: without C₄ (0.00) half or more of it is gone; without C₁ "
+        "(0.61) it is less; nothing changes without C₂ or C₅; not known without Eq. 2; alone, C₄ (0.91)."
     )
     assert name_variant("no_eq9") == "without Eq. 9 (hardening)" and name_variant("mine") == "mine"

@@ -31,14 +31,14 @@ UNSINTERED = "unsintered"
 # What the variants of experiments/ablation.yaml leave out, or leave alone.
 WORDS = {
     "eq2": "Eq. 2 (density)",
-    "C1": "C1 (Eq. 2, internal force)",
-    "C2": "C2 (Eq. 2, external force)",
+    "C1": "C₁ (Eq. 2, internal force)",
+    "C2": "C₂ (Eq. 2, external force)",
     "eq7": "Eqs. 7 and 8 (elasticity)",
     "young": "growth of Young's modulus",
     "poisson": "growth of Poisson's ratio",
     "eq9": "Eq. 9 (hardening)",
-    "C4": "C4 (Eq. 9, internal force)",
-    "C5": "C5 (Eq. 9, external force)",
+    "C4": "C₄ (Eq. 9, internal force)",
+    "C5": "C₅ (Eq. 9, external force)",
     "first_xi": "the first ξ of Eq. 1",
     "hardening": "hardening of any kind",
 }
@@ -158,10 +158,10 @@ def draw_ablation(ablation: Ablation, evidence: Evidence) -> None:
     for ax, pressure in zip(axes, pressures, strict=True):
         _draw_bars(ax, ablation, pressure)
         ax.set_title(f"{pressure:g} {evidence.pressure_unit}", fontsize=letters + 1)
+        ax.set_xlabel("part of the mass", fontsize=letters)
         ax.tick_params(labelsize=letters)
     axes[0].set_yticks(range(len(variants)), [name_variant(variant) for variant in variants], fontsize=letters)
     axes[0].invert_yaxis()
-    figure.supxlabel("part of the mass", fontsize=letters)
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=3, frameon=False, fontsize=letters)
     save_figure(figure, evidence.folder / PICTURE)
