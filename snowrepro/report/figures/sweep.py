@@ -6,6 +6,7 @@ import pandas as pd
 
 from ...evidence.collect import CollectedSweep
 from ...evidence.gather import Evidence
+from ...evidence.margins import list_margins
 from ...quantities import add_unit
 from ...store import states
 from ...summary.columns import CASE_COLUMNS
@@ -27,6 +28,7 @@ from .kinds import FigureKind
 
 RESULTS = "results.csv"
 MOST_OPEN = 24  # rows of a table that stands open
+MOST_CELLS = 200  # that are tabulated; of more there is the file alone
 MOST_PICTURES = 6  # of responses, one for each setting
 MOST_VALUES = 30  # of a setting that are listed
 FEW_VALUES = 12  # of a sampled setting, of more the range is told
@@ -39,16 +41,17 @@ def report(evidence: Evidence) -> FigureContent:
     varied = _tabulate_varied(sweep)
     if not list_measures(sweep):
         return FigureContent(varied, NO_RESULT.verdict)
-    make_cells(sweep.table).to_csv(evidence.folder / RESULTS, index=False, lineterminator="\n")
+    make_cells(sweep.table).to_csv(evidence.folder / RESULTS, index=False, float_format="%.6g", lineterminator="\n")
     blocks = [
         *varied,
-        *_draw_responses(evidence),
         *(influence.make_blocks(sweep, evidence.folder) if sweep.sample else []),
+        *_draw_responses(evidence),
         *_tabulate_numbers(sweep),
         *snow.make_blocks(evidence),
         *sizes.make_blocks(evidence),
     ]
-    return FigureContent(blocks, _summarise(sweep))
+    agreement = influence.describe_agreement(sweep, list_margins(sweep)) if sweep.sample else ""
+    return FigureContent(blocks, f"{_summarise(sweep)} {agreement}".rstrip())
 
 
 def _tabulate_varied(sweep: CollectedSweep) -> list[Block]:
@@ -105,6 +108,8 @@ def _tabulate_numbers(sweep: CollectedSweep) -> list[Block]:
     """Tabulate the main measures of each cell: the mean over its seeds, and from where to where they go."""
     measures = list_measures(sweep)
     settings = [name for name in sweep.varied if name != "seed"] or ["pressure"]
+    if (cells := sweep.table.groupby(settings, sort=False).ngroups) > MOST_CELLS:
+        return [Heading("Numbers"), f"The numbers of all {cells} cells are in [{RESULTS}]({RESULTS})."]
     rows = []
     for _, cell in sweep.table.groupby(settings, sort=False):
         done = int((cell["state"] == states.DONE).sum())

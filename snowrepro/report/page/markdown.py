@@ -10,6 +10,7 @@ from ...store.files import published
 from ..document import Block, Document, Fold, Heading, Pair, Picture, Section, Table, escape, format_cell, format_code
 
 LEAST_QUOTED, MOST_QUOTED = 100, 300  # letters of a section's result in a list of contents
+MOST_FOLDED, FIRST_FOLDED = 60, 20  # rows of a table that HTML hides until it is asked for; of more the first ones
 
 
 def write_markdown(document: Document, path: Path) -> None:
@@ -81,7 +82,7 @@ def _format_block(block: Block) -> list[str]:
     if isinstance(block, Heading):
         return [f"### {block.text}", ""]
     if isinstance(block, Fold):
-        return [f"#### {block.summary}", "", *_format_blocks(block.blocks)]
+        return [f"#### {block.summary}", "", *_format_blocks([_cut(inner) for inner in block.blocks])]
     if isinstance(block, Picture):
         source = f"*{block.source}.* " if block.source else ""
         return [f"![{block.alt}]({block.file})", "", f"{source}{block.caption}{_format_data_link(block.data)}", ""]
@@ -92,6 +93,14 @@ def _format_block(block: Block) -> list[str]:
         caption = f"{block.caption}{_format_data_link(block.data)}".strip()
         return [*format_table(block.frame), "", *([caption, ""] if caption else [])]
     return [block, ""]
+
+
+def _cut(block: Block) -> Block:
+    """Cut a long table to its first rows: nobody reads the others here, and the HTML page has them."""
+    if not isinstance(block, Table) or len(block.frame) <= MOST_FOLDED:
+        return block
+    told = f"The first {FIRST_FOLDED} of {len(block.frame)} rows; `index.html` has all. {block.caption}".rstrip()
+    return Table(block.frame.head(FIRST_FOLDED), told, block.data)
 
 
 def _format_data_link(file: str) -> str:

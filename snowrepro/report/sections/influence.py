@@ -10,7 +10,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ...evidence.collect import CollectedSweep
-from ...evidence.influence import EFFECT, FAILED, FIRST, SPREAD, TOTAL, Influence, measure_influence, tabulate_failures
+from ...evidence.influence import (
+    EFFECT,
+    FAILED,
+    FIRST,
+    SPREAD,
+    TOTAL,
+    Influence,
+    measure_influence,
+    read_measure,
+    tabulate_failures,
+)
 from ...evidence.margins import list_margins
 from ...text import make_cells
 from ..document import Block, Fold, Heading, Picture, Table, escape, format_code, join_names
@@ -77,24 +87,32 @@ def describe_measure(sweep: CollectedSweep, measure: str) -> str:
 
 
 def describe_gaps(sweep: CollectedSweep, influences: Sequence[Influence]) -> list[str]:
-    """Say of which measures nothing is known and why, and how many runs have no value; a sentence each."""
+    """Say of which measures nothing is known and why, how many runs have no value, and how often claims hold."""
     lines = [f"Of {describe_measure(sweep, each.measure)}: {each.note}." for each in influences if each.note]
     margins = list_margins(sweep)
     measured = [each for each in influences if each.measure != FAILED and not each.note]
     counts = {each.used: each.runs for each in measured if each.measure not in margins}
     lines += [f"{runs - used} of {runs} runs have no value." for used, runs in counts.items() if used < runs]
-    points = {each.measure: each.used for each in measured if each.measure in margins}
-    known = ", ".join(f"{used} of {name}" for name, used in points.items())
     pairs = dict.fromkeys(pair for each in influences for pair in each.mixed)
     lines += [
         f"The runs do not tell {format_code(one)} from {format_code(other)}: what is said to go with the first may go "
         "with the second. More points, or another design, would."
         for one, other in pairs
     ]
-    return [
-        *lines,
-        *([f"Points at which all runs that a claim needs have a result: {known}."] if known else []),
-    ]
+    asked = [each.measure for each in influences]
+    agreement = describe_agreement(sweep, [name for name in margins if name in asked])
+    return [*lines, agreement] if agreement else lines
+
+
+def describe_agreement(sweep: CollectedSweep, claims: Sequence[str]) -> str:
+    """Say at how many points the numbers agree with claims; empty if no point has all runs that one needs."""
+    held = {name: read_measure(sweep, name).dropna() > 0 for name in claims}
+    counts = [f"{name} at {agree.sum()} of {len(agree)}" for name, agree in held.items() if len(agree)]
+    return (
+        f"The numbers agree with {join_names(counts, 'and')} points where all runs that it needs have a result."
+        if counts
+        else ""
+    )
 
 
 def describe_region(failures: pd.DataFrame) -> str:
