@@ -24,7 +24,7 @@ SKY, FLOOR, SNOW = "#668e93", "#307a78", "#f0f0ff"
 SINTERED, UNSINTERED = "#D55E00", "#555555"  # of curves
 DPI = 110
 PAGE = 1020  # pixels that a report's page gives a picture on a screen of 1280
-COLOURS = 256  # of a picture; pictures of snow and curves have few, and the shades of their edges
+COLOURS = 128  # of a picture; pictures of snow and curves have few, and the shades of their edges
 LEAST_LETTERS = 11  # pixels, the size of the smallest letters on such a page
 
 

@@ -56,7 +56,7 @@ def _write_mp4(movie: Movie, path: Path, on_progress: Callable[[int], None]) -> 
     first = movie.draw(0)
     command = [_find_ffmpeg(), "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"]
     command += ["-s", f"{first.shape[1]}x{first.shape[0]}", "-r", f"{movie.fps:.6f}", "-i", "-"]
-    command += ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "21", "-movflags", "+faststart", "-f", "mp4"]
+    command += ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "26", "-movflags", "+faststart", "-f", "mp4"]
     with tempfile.TemporaryFile() as messages:
         process = subprocess.Popen([*command, str(path)], stdin=subprocess.PIPE, stdout=messages, stderr=messages)
         pipe = process.stdin
