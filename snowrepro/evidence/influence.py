@@ -138,7 +138,10 @@ def _measure_any(sweep: CollectedSweep, y: pd.Series) -> tuple[list[tuple], str,
         """Return the first order of a setting; of a sampled one, which a point has once, by the means of the points."""
         if not is_sampled:
             return measure_first_order(bins, values, weights[point])
-        share = measure_variance(means, weights) / measure_variance(values, weights[point])
+        variance = measure_variance(values, weights[point])
+        if variance == 0:  # of the few points that a bootstrap drew
+            return np.nan
+        share = measure_variance(means, weights) / variance
         return share * measure_first_order(bins, means, weights) if share else 0.0
 
     varied = [name for name in sweep.varied if len(known[name].unique()) > 1]  # a claim looks at all pressures at once

@@ -145,6 +145,12 @@ def test_what_one_setting_does_is_not_given_to_another(key):
     assert sum(values > 0.4) <= 2
 
 
+def test_a_measure_that_rarely_differs_has_indices():
+    """A draw of the bootstrap may hold none of the runs that differ."""
+    sweep = sample("sobol", 16, function=lambda t: (t["point"] == 3).astype(float))
+    assert np.isfinite(measure_influence(sweep, "lump_fraction").table["value"]).all()
+
+
 def test_settings_that_are_not_told_apart_are_named():
     """Two that always change together."""
     sweep = sample("sobol", 64, function=lambda t: place(t, "pressure"))
