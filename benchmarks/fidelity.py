@@ -52,9 +52,9 @@ def describe(coarse: CollectedSweep, fine: CollectedSweep) -> list[str]:
     done = [int((sweep.table["state"] == "done").sum()) for sweep in (coarse, fine)]
     text = (
         f"`python benchmarks/fidelity.py`: the first {POINTS} points of `experiment=unprinted`, {len(coarse.table)} "
-        f"runs at each. With a result: {done[0]} at preview, {done[1]} at the paper's. Values: of runs, or of the margins "
-        "of claims at points, that both have. First orders: of the settings, from all values of each; with so few points "
-        "they are hints."
+        f"runs at each. With a result: {done[0]} at preview, {done[1]} at the paper's. Values: of runs, or of the "
+        "margins of claims at points, that both have. First orders: of the settings, from all values of each; with so "
+        "few points they are hints."
     )
     return ["# Preview beside the paper's fidelity", "", text]
 
