@@ -44,6 +44,9 @@ def split_range(overrides: Sequence[str]) -> tuple[Factor, list[str]]:
         given = ", ".join(str(each.input_line) for each in ranges) or "none"
         raise ConfigError(f"a search goes along one range, as in 'pressure=log(200,6000)' (got {given})")
     others = [word for word in words if word != str(ranges[0].input_line)]
+    key = ranges[0].get_key_element()
+    if fixed := [word for word in others if word.lstrip("+").partition("=")[0] == key]:
+        raise ConfigError(f"a search goes along '{key}', so leave out '{fixed[0]}'")
     return read_factor(ranges[0]), with_seeds(others, seeds) if seeds else others
 
 
@@ -64,7 +67,10 @@ def run_searches(search: Search, measure: str, words: Sequence[str]) -> None:
         _print_answer(search, measure, cell)
     without = sum(math.isnan(each) for cell in cells for each in cell.known.values())
     if without:
-        raise RunsFailed(f"{without} values have no result; 'snowrepro status' of the sweeps above says why")
+        raise RunsFailed(
+            f"{without} values have no result: a run failed (see 'snowrepro status' of the sweeps above), or runs have "
+            f"no '{measure}'"
+        )
 
 
 def _list_cells(search: Search, words: Sequence[str]) -> list[_Cell]:

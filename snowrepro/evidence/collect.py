@@ -65,8 +65,9 @@ class CollectedSweep:
 
     @property
     def factors(self) -> list[str]:
-        """The names of the coordinates that a design sampled."""
-        return [_name_dimension(key) for key in self.sample.keys] if self.sample else []
+        """The names of the coordinates that a design sampled, but for what came out the same at all points."""
+        names = map(_name_dimension, self.sample.keys) if self.sample else ()
+        return [name for name in names if name in self.table]
 
     @property
     def grid_dims(self) -> list[str]:

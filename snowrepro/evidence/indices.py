@@ -6,12 +6,12 @@ Saltelli's design the first order by Saltelli et al. (2010), the total order by 
 effects of steps.  ``weights`` count each unit of a design: 1, or how often a bootstrap drew it.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
 MOST_BINS = 32
-FORMS = 4  # parts of another setting, each of which may be what a result depends on
+FORMS, MOST_PARTS = 4, 6  # parts of another setting's range, and names, that a result may depend on together
 MIXED = 1 / 3  # of what another setting does that bins may have: beyond it the two are not told apart
 DRAWS, SEED = 400, 0  # of the bootstrap
 SPREADS = 1.96  # standard deviations to each side: 95 %
@@ -30,27 +30,49 @@ def make_bins(values: np.ndarray, most: int | None = None) -> np.ndarray:
     return np.unique(rank * most // len(values), return_inverse=True)[1]
 
 
-def make_separate_bins(values: np.ndarray, others: Sequence[np.ndarray]) -> tuple[np.ndarray, list[int]]:
-    """Number the bins of a setting (n,), few enough to tell it from the ``others``; and those that it is not told from.
+def make_separate_bins(values: np.ndarray, forms: np.ndarray) -> tuple[np.ndarray, list[int]]:
+    """Number the bins of a setting (n,), few enough to tell it from ``forms``; and those that it is not told from.
 
-    The points of a Sobol sequence fill the square of two settings evenly in coarse parts only: of 64 points in 17
-    settings 8 bins of one often decide in which half another one is, and would be given what that one does.
+    ``forms`` (k, n): what a result may depend on of other settings, see ``list_forms``.  The points of a Sobol sequence
+    fill the square of two settings evenly in coarse parts only: of 64 points in 17 settings 8 bins of one often decide
+    in which half another one is, and would be given what that one does.
     """
     most = len(np.unique(make_bins(values)))
     while True:
         bins = make_bins(values, most)
-        mixed = [i for i, other in enumerate(others) if _explain_most(bins, other) > MIXED]
+        mixed = np.flatnonzero(_explain(bins, forms) > MIXED).tolist()
         if not mixed or most <= 2 or values.dtype.kind not in "iuf":
             return bins, mixed
         most //= 2
 
 
-def _explain_most(bins: np.ndarray, other: np.ndarray) -> float:
-    """Return the largest part of another setting's variance, or of a part of it, that the means of bins have."""
-    is_number = other.dtype.kind in "iuf"
-    parts = make_bins(other, FORMS) if is_number else make_bins(other)
-    forms = [(parts == part).astype(float) for part in np.unique(parts)] + ([other] if is_number else [])
-    return float(np.nanmax([measure_first_order(bins, form, np.ones(len(bins))) for form in forms] + [0.0]))
+def list_forms(values: np.ndarray) -> np.ndarray:
+    """List what a result may depend on of a setting (k, n): a number itself, and sets of its parts or names."""
+    is_number = values.dtype.kind in "iuf"
+    parts = make_bins(values, FORMS) if is_number else make_bins(values)
+    count = min(int(parts.max()) + 1, MOST_PARTS)
+    chosen = range(1, 2 ** (count - 1))  # sets of parts, each once and without what is left of it
+    together = [np.isin(parts, [part for part in range(count) if choice >> part & 1]) for choice in chosen]
+    return np.array([*together, *([values] if is_number else [])], dtype=float)
+
+
+def pair_halves(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return where two settings are in unlike halves of their ranges or names: what they may do together, (n,)."""
+    halves = [make_bins(values, 2) if values.dtype.kind in "iuf" else make_bins(values) % 2 for values in (one, other)]
+    return (halves[0] != halves[1]).astype(float)
+
+
+def _explain(bins: np.ndarray, forms: np.ndarray) -> np.ndarray:
+    """Return the part of the variance of each of ``forms`` (k, n) that is between bins, as first order: (k,)."""
+    is_in = (bins == np.unique(bins)[:, None]).astype(float)  # (bin, n)
+    counts, total = is_in.sum(axis=1), len(bins)
+    variances = forms.var(axis=1)
+    if len(counts) < 2 or total - len(counts) < 2:
+        return np.zeros(len(forms))
+    means = forms @ is_in.T / counts
+    between = ((means - forms.mean(axis=1, keepdims=True)) ** 2) @ counts / total
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.nan_to_num(1.0 - (1.0 - between / variances) * (total - 1) / (total - len(counts)), nan=0.0)
 
 
 def measure_first_order(bins: np.ndarray, y: np.ndarray, weights: np.ndarray) -> float:

@@ -1,8 +1,9 @@
 """What matters in a sweep: how far each setting decides each measure, and where runs fail."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
+from itertools import combinations
 
 import numpy as np
 import pandas as pd
@@ -14,12 +15,14 @@ from ..sweep.design import STEP, get_block
 from .collect import POINT, CollectedSweep
 from .indices import (
     estimate,
+    list_forms,
     make_bins,
     make_separate_bins,
     measure_blocks,
     measure_effects,
     measure_first_order,
     measure_variance,
+    pair_halves,
 )
 from .margins import find_claim, list_margins, read_margins
 
@@ -39,8 +42,8 @@ class Influence:
     """How far each setting decides a measure.
 
     ``table``: COLUMNS, a row for each setting and index, with its interval of 95 %; ``used``: runs with a value;
-    ``runs``: of all.  ``note``: why there are no numbers; empty if there are.  ``mixed``: pairs of settings of which
-    the runs do not tell whether it is the first or the second that matters.
+    ``runs``: of all.  ``note``: why there are no numbers; empty if there are.  ``mixed``: pairs of which the
+    runs do not tell whether it is the first that matters, a setting, or the second, one or two of them.
     """
 
     measure: str
@@ -97,9 +100,11 @@ def read_measure(sweep: CollectedSweep, measure: str) -> pd.Series:
 
 
 def _offer_margins(sweep: CollectedSweep) -> str:
-    """Name the claims that would be measures too, as the end of a sentence; nothing if there are none."""
+    """Name the claims that would be measures too, as the end of a sentence, or say what they need."""
     names = list_margins(sweep)
-    return f", and no claim with a margin; there are: {', '.join(names)}" if names else ""
+    if names:
+        return f", and no claim with a margin; there are: {', '.join(names)}"
+    return "; margins of claims need pressures and sintering=paper,none listed beside what is sampled"
 
 
 def tabulate_failures(sweep: CollectedSweep) -> pd.DataFrame:
@@ -146,17 +151,44 @@ def _measure_any(sweep: CollectedSweep, y: pd.Series) -> tuple[list[tuple], str,
 
     varied = [name for name in sweep.varied if len(known[name].unique()) > 1]  # a claim looks at all pressures at once
     sampled = {name: _read_values(known[name])[first] for name in varied if name in sweep.factors}
+    others = _list_forms({sweep.key_of(name): values for name, values in sampled.items()})
     rows, mixed = [], []
     for name in varied:
         if name in sampled:
-            others = {sweep.key_of(other): values for other, values in sampled.items() if other != name}
-            bins, unclear = make_separate_bins(sampled[name], [*others.values()])
-            mixed += [(sweep.key_of(name), [*others][i]) for i in unclear]
+            bins, unclear = _separate(sweep.key_of(name), sampled[name], others)
+            mixed += [(sweep.key_of(name), other) for other in unclear]
         else:
             bins = make_bins(_read_values(known[name]))
         value, half = estimate(partial(measure, bins, name in sampled), len(first))
         rows.append((sweep.key_of(name), FIRST, float(value), float(value - half), float(value + half)))
     return rows, "", mixed
+
+
+@dataclass(frozen=True)
+class _Forms:
+    """What a result may depend on: ``values`` (k, n), and of each the settings that it is of, one or two."""
+
+    values: np.ndarray
+    settings: tuple[tuple[str, ...], ...]
+
+
+def _list_forms(sampled: Mapping[str, np.ndarray]) -> _Forms:
+    """List what a result may depend on of sampled settings (n,): parts of each, and each two together."""
+    forms: dict[tuple[str, ...], np.ndarray] = {(key,): list_forms(values) for key, values in sampled.items()}
+    forms |= {(a, b): pair_halves(sampled[a], sampled[b])[None] for a, b in combinations(sampled, 2)}
+    settings = tuple(of for of, values in forms.items() for _ in values)
+    return _Forms(np.concatenate([*forms.values()]) if forms else np.empty((0, 0)), settings)
+
+
+def _separate(key: str, values: np.ndarray, forms: _Forms) -> tuple[np.ndarray, list[str]]:
+    """Number the bins of a setting, so that it is told from all others; and name those that it is not told from."""
+    others = [i for i, settings in enumerate(forms.settings) if key not in settings]
+    if not others:
+        return make_bins(values), []
+    bins, mixed = make_separate_bins(values, forms.values[others])
+    found = dict.fromkeys(forms.settings[others[i]] for i in mixed)
+    alone = {each[0] for each in found if len(each) == 1}
+    return bins, [" with ".join(each) for each in found if len(each) == 1 or alone.isdisjoint(each)]
 
 
 def _measure_by_design(sweep: CollectedSweep, y: pd.Series) -> tuple[list[tuple], str]:

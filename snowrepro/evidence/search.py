@@ -68,9 +68,12 @@ def make_search(factor: Factor, target: str, within: float, points: int) -> Sear
     if target in (MOST, LEAST):
         return Search(factor, target, within, points)
     try:
-        return Search(factor, float(target), within, points)
+        number = float(target)
     except ValueError:
-        raise ConfigError(f"target: should be a number, {MOST} or {LEAST} (got {target})") from None
+        number = math.nan
+    if not math.isfinite(number):
+        raise ConfigError(f"target: should be a number, {MOST} or {LEAST} (got {target})")
+    return Search(factor, number, within, points)
 
 
 def ask_next(search: Search, known: Mapping[float, float]) -> list[float]:
@@ -101,6 +104,8 @@ def read_answer(search: Search, known: Mapping[float, float]) -> Answer:
     there = {value: measure for value, measure in sorted(known.items()) if not math.isnan(measure)}
     if isinstance(search.target, str):
         return _read_best(there, search.target, note)
+    if exact := [value for value, measure in there.items() if measure == search.target]:
+        return Answer(exact[0], exact[0], exact[0], note or (f"and at {len(exact) - 1} more" if exact[1:] else ""))
     crossings = _list_crossings(search, there)
     if not crossings:
         spread = f"{min(there.values()):.3g} to {max(there.values()):.3g}" if there else "no value"

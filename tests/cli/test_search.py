@@ -82,6 +82,8 @@ def test_a_search_that_was_stopped_takes_the_same_path(store, tmp_path, capsys):
         (["reading.gravity=log(1,2)"], "a search goes along one range, as in 'pressure=log(200,6000)' (got pressure"),
         (["--measure", "floor"], "measure: 'floor' is no column of numbers"),
         (["--target", "half"], "target: should be a number, most or least (got half)"),
+        (["--target", "nan"], "target: should be a number, most or least (got nan)"),
+        (["pressure=300"], "a search goes along 'pressure', so leave out 'pressure=300'"),
     ],
 )
 def test_what_is_wrong_is_said(store, tmp_path, capsys, words, message):

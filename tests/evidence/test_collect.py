@@ -248,6 +248,15 @@ def test_a_sample_is_a_grid_over_its_points(tmp_path, small_run):
     assert "point" in str(snowrepro.show(grid)) and "reading_friction" in str(snowrepro.show(grid))
 
 
+@pytest.mark.parametrize("words", [["reading.contact=choice(legacy)"], ["reading.friction=interval(0.5,0.5000001)"]])
+def test_what_a_design_gives_one_value_is_no_coordinate(tmp_path, words):
+    plan = make_plan(
+        ["design=sobol", "pressure=log(200,6000)", *words, "design.points=2", f"store={tmp_path}"], multirun=True
+    )
+    assert collect.collect_sweep(plan).factors == ["pressure"]
+    assert collect.make_grid(collect.collect_sweep(plan)).sizes["point"] == 2
+
+
 def test_a_run_that_two_points_share_has_two_rows(tmp_path):
     """Of whole numbers and names there are few; each point stays where it is in the design."""
     plan = plan_of(tmp_path, "design=sobol", "design.points=8", "reading.press_ramp=whole(0,1)")

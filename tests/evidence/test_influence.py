@@ -145,6 +145,45 @@ def test_what_one_setting_does_is_not_given_to_another(key):
     assert sum(values > 0.4) <= 2
 
 
+def is_central(values: pd.Series) -> np.ndarray:
+    """Whether numbers are in the middle half of them all."""
+    return (abs(values.astype(float).rank(pct=True) - 0.5) < 0.25).to_numpy(float)
+
+
+def differ(table: pd.DataFrame, one: str, other: str) -> np.ndarray:
+    """Whether one of two settings has the name of the first point, and the other has not."""
+    return ((table[one] == table[one].iloc[0]) != (table[other] == table[other].iloc[0])).to_numpy(float)
+
+
+@pytest.fixture(scope="module")
+def all_at_once() -> CollectedSweep:
+    """The points of experiment=unprinted: 17 settings."""
+    words = ["experiment=unprinted", "design.points=64", "pressure=300", "sintering=paper"]
+    return collect_sweep(make_plan(words, multirun=True))
+
+
+@pytest.mark.parametrize(
+    "function",
+    [
+        lambda t: is_central(t["reading_friction"]),
+        lambda t: is_central(t["floor_drop_x"]),
+        lambda t: is_central(t["solver_cfl"]),
+        lambda t: t["reading_press"].isin(["radial_constant", "radial_linear"]).to_numpy(float),
+        lambda t: differ(t, "reading_release", "reading_unsintered"),
+        lambda t: differ(t, "reading_external_force", "reading_density_changes"),
+    ],
+)
+def test_parts_and_pairs_of_settings_are_told_from_others_too(all_at_once, function):
+    """Or it is said that they are not."""
+    value = function(all_at_once.table)
+    found = measure_influence(
+        replace(all_at_once, table=all_at_once.table.assign(state="done", lump_fraction=value)), "lump_fraction"
+    )
+    shown = found.table[(found.table["value"] > 0.3) & (found.table["low"] > 0)]["setting"]
+    mixed = {one for one, _ in found.mixed}
+    assert [key for key in shown if key not in mixed and key != "reading.press"] == []
+
+
 def test_a_measure_that_rarely_differs_has_indices():
     """A draw of the bootstrap may hold none of the runs that differ."""
     sweep = sample("sobol", 16, function=lambda t: (t["point"] == 3).astype(float))

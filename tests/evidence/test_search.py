@@ -54,6 +54,15 @@ def test_what_is_not_crossed_is_not_found():
     assert math.isnan(answer.value) and answer.note == "not reached: 0.1 to 0.1 along the range"
 
 
+@pytest.mark.parametrize(("target", "where"), [(0.9, 6000), (0.1, 200)])
+def test_an_end_that_is_just_the_target_is_the_answer(target, where):
+    known: dict[float, float] = {}
+    curve = {200: 0.1, 6000: 0.9}.__getitem__
+    assert follow(Search(PRESSURE, target), curve, known) == [200, 6000]
+    answer = read_answer(Search(PRESSURE, target), known)
+    assert (answer.value, answer.low, answer.high, answer.note) == (where, where, where, "")
+
+
 def test_a_value_without_result_ends_a_search():
     """And is told; what is bracketed without it, is."""
     known: dict[float, float] = {}

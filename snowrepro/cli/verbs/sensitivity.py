@@ -75,3 +75,5 @@ def _print_influence(found: "influence.Influence", name: str) -> None:
         screen.show(f"  {found.note}")
     for setting, index, value, low, high in found.table.iloc[:, 1:].itertuples(index=False):
         screen.show(f"  {setting:32} {index:18} {value:8.3f}   {low:.3f} to {high:.3f}")
+    if found.mixed:
+        screen.show(f"  not told from all others: {', '.join(dict.fromkeys(one for one, _ in found.mixed))}")

@@ -76,7 +76,17 @@ def show_influences(sweep: CollectedSweep, influences: Sequence[Influence], fold
             Fold("The numbers", [Table(_format_rows(sweep, table), data=CSV)]),
         ]
     blocks += [f"{escape(line)}" for line in describe_gaps(sweep, influences)]
-    return [*blocks, *_show_failures(sweep, folder)]
+    return [*blocks, *_list_mixed(influences), *_show_failures(sweep, folder)]
+
+
+def _list_mixed(influences: Sequence[Influence]) -> list[Block]:
+    """List what the runs do not tell apart, folded away; nothing if they tell all."""
+    others: dict[str, dict[str, None]] = {}
+    for one, other in (pair for each in influences for pair in each.mixed):
+        others.setdefault(one, {})[other] = None
+    rows = [(format_code(one), ", ".join(map(format_code, found))) for one, found in others.items()]
+    table = pd.DataFrame(rows, columns=["setting", "is not told from"])
+    return [Fold("What the runs do not tell apart", [Table(table)])] if rows else []
 
 
 def describe_measure(sweep: CollectedSweep, measure: str) -> str:
@@ -93,12 +103,11 @@ def describe_gaps(sweep: CollectedSweep, influences: Sequence[Influence]) -> lis
     measured = [each for each in influences if each.measure != FAILED and not each.note]
     counts = {each.used: each.runs for each in measured if each.measure not in margins}
     lines += [f"{runs - used} of {runs} runs have no value." for used, runs in counts.items() if used < runs]
-    pairs = dict.fromkeys(pair for each in influences for pair in each.mixed)
-    lines += [
-        f"The runs do not tell {format_code(one)} from {format_code(other)}: what is said to go with the first may go "
-        "with the second. More points, or another design, would."
-        for one, other in pairs
-    ]
+    if mixed := {one for each in influences for one, _ in each.mixed}:
+        lines.append(
+            f"The runs with a value do not tell {join_names(sorted(mixed), 'and')} from all others, alone or in "
+            "pairs: what is said to go with these may go with those. More points, or another design, would."
+        )
     asked = [each.measure for each in influences]
     agreement = describe_agreement(sweep, [name for name in margins if name in asked])
     return [*lines, agreement] if agreement else lines
