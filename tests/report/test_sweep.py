@@ -101,7 +101,7 @@ def test_of_many_cells_some_are_shown(swept, monkeypatch, tmp_path):
     monkeypatch.setattr(snow, "MOST_ROWS", 2)
     monkeypatch.setattr(sweep_figure, "MOST_OPEN", 3)
     page = write_report(swept[0], tmp_path)
-    assert "Of 4 cells 2 are shown, evenly picked." in page
+    assert "Of 4 cells 2 are shown, evenly picked of those with a result." in page
     assert "#### All 4 cells" in page
 
 

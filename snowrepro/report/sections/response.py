@@ -104,8 +104,10 @@ def _draw_panel(ax: Axes, scene: JudgedScene, half: Crossing, half_pressure: str
         return
     ax.plot([half.low, half.high], [HALF, HALF], "|-", color="black", lw=1.6, ms=size + 4, label="P50 is between")
     if half_pressure:
-        place = (half.high, HALF)  # below the line, to the right of where the curve crosses it
-        ax.annotate(f"P50 {half_pressure}", place, xytext=(6, -16), textcoords="offset points")
+        place = (0.98, HALF)  # below the line and at the right end, where a curve that rises is above it
+        ax.annotate(
+            f"P50 {half_pressure}", place, (0, -6), ("axes fraction", "data"), "offset points", ha="right", va="top"
+        )
 
 
 def _shift_pressures(blocks: pd.DataFrame, number: int) -> np.ndarray:

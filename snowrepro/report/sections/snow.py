@@ -24,7 +24,7 @@ from ..drawing.common import (
 from ..drawing.states import FOOT, add_state_legend, colour_fragments
 
 MOST_ROWS = 12
-MOST_LETTERS = 60  # of what stands above a row
+MOST_LETTERS = 46  # of what stands above a row
 PANEL = 1.1  # width of a small panel [inches]; all together fit on a phone
 LABEL = 0.28  # height of the line above a row [inches]
 TIMES = (0.0, 0.4, 1.0)  # of the way from the release to the end
@@ -50,7 +50,8 @@ def make_blocks(evidence: Evidence) -> list[Block]:
     chosen = _choose_rows(rows)
     draw_snow_rows(chosen, evidence)
     seed = evidence.sweep.table["seed"].min()
-    left_out = f" Of {len(rows)} cells {len(chosen)} are shown, evenly picked." if len(chosen) < len(rows) else ""
+    picked = f" Of {len(rows)} cells {len(chosen)} are shown, evenly picked of those with a result."
+    left_out = picked if len(chosen) < len(rows) else ""
     tests = " Hardness tests are not shown." if any(run.case.indenter for run in evidence.runs) else ""
     picture = Picture(
         FILE,
@@ -73,10 +74,12 @@ def _list_rows(evidence: Evidence) -> list[_Row]:
 
 
 def _choose_rows(rows: Sequence[_Row]) -> list[_Row]:
-    """Choose at most MOST_ROWS, evenly: the first, the last, and some between."""
+    """Choose at most MOST_ROWS; of more those with a result, evenly: the first, the last, and some between."""
     if len(rows) <= MOST_ROWS:
         return list(rows)
-    return [rows[number] for number in np.linspace(0, len(rows) - 1, MOST_ROWS).round().astype(int)]
+    done = [row for row in rows if row.state == states.DONE]
+    numbers = np.linspace(0, len(done) - 1, min(MOST_ROWS, len(done))).round().astype(int)
+    return [done[number] for number in numbers]
 
 
 def draw_snow_rows(rows: Sequence[_Row], evidence: Evidence) -> None:
