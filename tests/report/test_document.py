@@ -8,7 +8,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from snowrepro.report.document import Document, Fold, Pair, Picture, Section, Table, escape, format_code, relocate_block
+from snowrepro.report.document import (
+    Document,
+    Fold,
+    Pair,
+    Picture,
+    Section,
+    Table,
+    escape,
+    format_code,
+    format_list,
+    relocate_block,
+)
 from snowrepro.report.page.html import link_data, render_inline, render_paragraphs
 from snowrepro.report.page.markdown import MOST_QUOTED, write_markdown, write_markdown_parts
 
@@ -92,6 +103,17 @@ def test_markdown_has_everything(tmp_path):
     parts += ["*Fig. 5.* How to read it. Data: [p.csv](p.csv).", "Numbers. Data: [t.csv](t.csv).", "Redo: `redo it`"]
     for part in parts:
         assert part in text
+
+
+def test_what_is_folded_and_long_is_cut(tmp_path):
+    """In Markdown, where nothing is folded; short tables and what stands open stay whole."""
+    long, short = (pd.DataFrame({"a": range(count)}) for count in (100, 10))
+    listed = format_list([f"line {number}" for number in range(100)])
+    folded = Fold("More", [Table(long), Table(short), listed])
+    write_markdown(Document("T", [Section("s", "S", [folded, Table(long)])]), tmp_path / "index.md")
+    before, after = (tmp_path / "index.md").read_text().split("line 0")
+    assert before.count("| 5 |") == 2 and before.count("| 99 |") == 0 and "The first of 102 lines" in before
+    assert "line 19" in after and "line 20" not in after and "| 99 |" in after
 
 
 def test_a_long_report_is_a_short_page_and_linked_parts(tmp_path):

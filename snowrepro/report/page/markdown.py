@@ -1,5 +1,6 @@
 """A report as Markdown, to be read where the code is kept."""
 
+import itertools
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,7 +11,7 @@ from ...store.files import published
 from ..document import Block, Document, Fold, Heading, Pair, Picture, Section, Table, escape, format_cell, format_code
 
 LEAST_QUOTED, MOST_QUOTED = 100, 300  # letters of a section's result in a list of contents
-MOST_FOLDED, FIRST_FOLDED = 60, 20  # rows of a table that HTML hides until it is asked for; of more the first ones
+MOST_FOLDED, FIRST_FOLDED = 60, 20  # lines of a table or list that HTML hides until asked for; of more the first ones
 
 
 def write_markdown(document: Document, path: Path) -> None:
@@ -82,7 +83,7 @@ def _format_block(block: Block) -> list[str]:
     if isinstance(block, Heading):
         return [f"### {block.text}", ""]
     if isinstance(block, Fold):
-        return [f"#### {block.summary}", "", *_format_blocks([_cut(inner) for inner in block.blocks])]
+        return [f"#### {block.summary}", "", *_cut_long(_format_blocks(block.blocks))]
     if isinstance(block, Picture):
         source = f"*{block.source}.* " if block.source else ""
         return [f"![{block.alt}]({block.file})", "", f"{source}{block.caption}{_format_data_link(block.data)}", ""]
@@ -95,12 +96,17 @@ def _format_block(block: Block) -> list[str]:
     return [block, ""]
 
 
-def _cut(block: Block) -> Block:
-    """Cut a long table to its first rows: nobody reads the others here, and the HTML page has them."""
-    if not isinstance(block, Table) or len(block.frame) <= MOST_FOLDED:
-        return block
-    told = f"The first {FIRST_FOLDED} of {len(block.frame)} rows; `index.html` has all. {block.caption}".rstrip()
-    return Table(block.frame.head(FIRST_FOLDED), told, block.data)
+def _cut_long(lines: Sequence[str]) -> list[str]:
+    """Cut long tables and lists to their first lines: nobody reads the others here, and the HTML page has them."""
+    single = [line for text in lines for line in text.split("\n")]
+    kept: list[str] = []
+    for mark, group in itertools.groupby(single, key=lambda line: line[:1]):
+        rows = list(group)
+        if mark not in ("|", "-") or len(rows) <= MOST_FOLDED:
+            kept += rows
+        else:
+            kept += [*rows[:FIRST_FOLDED], "", f"The first of {len(rows)} lines; `index.html` has all.", ""]
+    return kept
 
 
 def _format_data_link(file: str) -> str:
