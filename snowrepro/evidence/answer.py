@@ -9,6 +9,8 @@ numbers of every three pressures disagree with it; one over scenes, if a claim t
 - does not hold: REPRODUCED in none, and CONTRADICTED in one or more;
 - not decided: neither in any of them, or no runs;
 - holds only if: all else, with the scenes in which it holds, and the readings under which it is lost, as the condition.
+
+That readings count was added, as the stricter rule, when their results were known: it took four claims out of "holds".
 """
 
 from collections.abc import Mapping, Sequence
@@ -98,6 +100,8 @@ def _describe(groups: Sequence[tuple[str, Sequence[Finding]]], lost: Sequence[st
 
 
 def _list_places(findings: Sequence[Finding]) -> str:
-    """List scenes by name, or count them where they are many."""
+    """List scenes by name, or count them where they are many: each once, also if a figure shows it too."""
     places = list(dict.fromkeys(each.where for each in findings))
-    return " and ".join(places) if len(places) <= MOST_NAMED else f"{len(places)} scenes"
+    if len(places) <= MOST_NAMED:
+        return " and ".join(places)
+    return f"{len({place.rpartition(', ')[2] for place in places})} scenes"

@@ -7,6 +7,7 @@ effects of steps.  ``weights`` count each unit of a design: 1, or how often a bo
 """
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -72,7 +73,12 @@ def _explain(bins: np.ndarray, forms: np.ndarray) -> np.ndarray:
     means = forms @ is_in.T / counts
     between = ((means - forms.mean(axis=1, keepdims=True)) ** 2) @ counts / total
     with np.errstate(invalid="ignore", divide="ignore"):
-        return np.nan_to_num(1.0 - (1.0 - between / variances) * (total - 1) / (total - len(counts)), nan=0.0)
+        return np.nan_to_num(_leave_out_chance(between / variances, total, len(counts)), nan=0.0)
+
+
+def _leave_out_chance(share: Any, total: float, bins: int) -> Any:
+    """Return the part of a variance that is between bins without what so many of them explain by chance."""
+    return 1.0 - (1.0 - share) * (total - 1) / (total - bins)
 
 
 def measure_first_order(bins: np.ndarray, y: np.ndarray, weights: np.ndarray) -> float:
@@ -84,7 +90,7 @@ def measure_first_order(bins: np.ndarray, y: np.ndarray, weights: np.ndarray) ->
         return np.nan
     means = np.bincount(bins, weights * y)[is_filled] / weight[is_filled]
     between = measure_variance(means, weight[is_filled])
-    return float(1.0 - (1.0 - between / variance) * (total - 1) / (total - filled))
+    return float(_leave_out_chance(between / variance, total, filled))
 
 
 def measure_variance(y: np.ndarray, weights: np.ndarray) -> float:

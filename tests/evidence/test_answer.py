@@ -31,6 +31,7 @@ def find(where: str, word: str, calibrated: bool = False) -> Finding:
         ([find("A", INCONCLUSIVE), find("B", NOT_RUN)], OPEN, "open on A and B"),
         ([], OPEN, ""),
         ([find(name, REPRODUCED) for name in "ABCD"], HOLDS, "on 4 scenes"),
+        ([find(name, REPRODUCED) for name in ("Fig. 5, A", *"ABCD")], HOLDS, "on 4 scenes"),
     ],
 )
 def test_claims_are_sorted_by_the_words_of_their_verdicts(findings, column, why):

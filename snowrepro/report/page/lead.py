@@ -100,7 +100,7 @@ def make_columns(judged: Sequence[Evidence], lost: Mapping[str, Sequence[str]]) 
         "By the words of the verdicts, and by the readings of the paper that were tried on one scene with pressures of "
         "their own. Holds: reproduced in every scene judged, not only by the choice of its pressures, and lost under "
         "no reading. Does not hold: contradicted, and reproduced nowhere. Holds only if: all else that is "
-        "reproduced somewhere."
+        "reproduced somewhere. That readings count was added, as the stricter rule, when their results were known."
     )
     blocks: list[Block] = [Table(table, caption)] if len(table) else []
     undecided = [each.claim.name for each in answers if each.column == OPEN]
