@@ -64,6 +64,7 @@ SHORT = (
 STATES = ("position", "velocity", "J_P", "hardening", "von_mises", "kinetic_energy", "elastic_energy", "substeps")
 COUNTS = (1, 8, 64, 168)
 SECONDS = 5.0  # that a rate is taken over
+EVERY = 10.0  # seconds between two looks at how far a sweep is
 ENDING = 20.0  # seconds before its limit at which a sweep is stopped, so that it ends in order and is described
 
 
@@ -259,9 +260,7 @@ def measure_sweep(device: str, quick: bool, limit: float) -> dict:
         ]  # fmt: skip
         started = time.perf_counter()
         sweep = subprocess.Popen(command, stdout=screen, stderr=screen, start_new_session=True)
-        first = wait_for_frame(sweep, store, limit)
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            sweep.wait(max(0.0, started + limit - time.perf_counter()))
+        first, course = watch_sweep(sweep, store, limit)
         seconds, is_stopped = time.perf_counter() - started, sweep.poll() is None
         done, frames = len(list(store.glob("*/run.nc"))), count_frames(store)
         end_sweep(sweep)
@@ -269,18 +268,27 @@ def measure_sweep(device: str, quick: bool, limit: float) -> dict:
         return {
             "runs": int(np.prod([len(each) for each in values.values()])), "done": done, "frames": frames,
             "seconds": seconds, "is_stopped": is_stopped, "first_frame_seconds": first, "exit": sweep.returncode,
-            "screen": screen.read()[-3000:],
+            "course": course, "screen": screen.read()[-3000:],
         }  # fmt: skip
 
 
-def wait_for_frame(sweep: subprocess.Popen, store: Path, limit: float) -> float | None:
-    """Wait until a run of a sweep says how far it is; seconds until then, None where the sweep or the time is over."""
-    started = time.perf_counter()
+def watch_sweep(sweep: subprocess.Popen, store: Path, limit: float) -> tuple[float | None, list[dict]]:
+    """Wait until a sweep or its time is over: seconds until a run said how far it is (else None), and its course.
+
+    The course: every ten seconds how many runs are done and under way, and the frames that the latter have.
+    """
+    started, first, course = time.perf_counter(), None, []
     while sweep.poll() is None and (seconds := time.perf_counter() - started) < limit:
-        if any(store.glob(".work/*/progress.json")):
-            return seconds
+        if first is None and any(store.glob(".work/*/progress.json")):
+            first = seconds
+        if seconds >= EVERY * (len(course) + 1):
+            under_way = [progress.frame for work in store.glob(".work/*") if (progress := read_progress(work))]
+            done = len(list(store.glob("*/run.nc")))
+            course.append(
+                {"seconds": round(seconds, 1), "done": done, "under_way": len(under_way), "frames": sum(under_way)}
+            )
         time.sleep(0.1)
-    return None
+    return first, course
 
 
 def count_frames(store: Path) -> int:
