@@ -55,7 +55,20 @@ def compose_raw(overrides: Sequence[str], hydra_node: bool = False) -> DictConfi
         with initialize_config_dir(version_base="1.3", config_dir=str(CONF_DIR)), quiet_about_schemas():
             return hydra_compose("config", words, return_hydra_config=hydra_node)
     except Exception as error:  # Hydra passes on what its parsers, YAML and its own assertions raise
-        raise ConfigError(describe_broken_file(error) or one_message(error)) from error
+        message = describe_broken_file(error) or _explain_no_name(error, words) or one_message(error)
+        raise ConfigError(message) from error
+
+
+def _explain_no_name(error: Exception, words: Sequence[str]) -> str | None:
+    """Say which option is named by a number or a truth value; None if an error is not about that."""
+    if "Config group override must be a string" not in str(error):
+        return None
+    loader = config_loader()
+    for override in hydra_private.make_parser(loader).parse_overrides(list(words)):
+        names = loader.get_group_options(override.key_or_group)
+        if names and not isinstance(override.value(), str | list):
+            return f"'{override.input_line}': should be one of the names: {', '.join(names)}"
+    return None
 
 
 def config_loader() -> hydra_private.ConfigLoaderImpl:

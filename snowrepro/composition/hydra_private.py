@@ -33,9 +33,9 @@ from .spacing import SPACINGS, Number
 
 __all__ = [
     "CachingConfigRepository", "ConfigDefault", "ConfigLoaderImpl", "FileConfigSource", "IntervalSweep", "Override",
-    "OverrideType", "OverridesParser", "RangeSweep", "as_text", "context_of", "forget_hydra", "initialised_hydra",
-    "is_range", "is_sampled", "jobs_of", "loader_of_options", "make_parser", "offer_options", "option_repository",
-    "result_of",
+    "OverrideType", "OverridesParser", "RangeSweep", "as_text", "context_of", "forget_hydra", "has_range_in_list",
+    "initialised_hydra", "is_range", "is_sampled", "jobs_of", "loader_of_options", "make_parser", "offer_options",
+    "option_repository", "result_of",
 ]  # fmt: skip
 
 _offered: dict[tuple[str, str], tuple[Mapping[str, Any], Any]] = {}  # what ``offer_options`` stored, and as what
@@ -110,6 +110,12 @@ def make_parser(loader: ConfigLoaderImpl | None = None) -> OverridesParser:
 def is_range(override: Override) -> bool:
     """Whether an override names a range of numbers, of which only a design makes values."""
     return isinstance(override.value(), IntervalSweep)
+
+
+def has_range_in_list(override: Override) -> bool:
+    """Whether an override lists a range of numbers beside other values, where no design looks for it."""
+    value = override.value()
+    return isinstance(value, ChoiceSweep) and any(isinstance(each, IntervalSweep) for each in value.list)
 
 
 def is_sampled(override: Override) -> bool:

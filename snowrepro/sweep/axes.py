@@ -14,6 +14,7 @@ from ..composition.hydra_private import (
     OverrideType,
     RangeSweep,
     as_text,
+    has_range_in_list,
     is_range,
     jobs_of,
     make_parser,
@@ -43,6 +44,7 @@ class Axis:
 
 def make_axis(override: Override) -> Axis:
     """The overrides that a sweep makes of one.  Raises ConfigError if it makes none."""
+    require_no_range_in_list(override)
     if is_range(override):
         raise ConfigError(
             f"'{override.input_line}' is a range, which only a design makes values of: add one, as in design=sobol"
@@ -63,6 +65,12 @@ def make_axis(override: Override) -> Axis:
     if not texts:
         raise ConfigError(f"'{override.input_line}' names no run")
     return Axis(override.key_or_group, tuple(texts), plain)
+
+
+def require_no_range_in_list(override: Override) -> None:
+    """Raises ConfigError for a range of numbers that a design would look for in vain."""
+    if has_range_in_list(override):
+        raise ConfigError(f"'{override.input_line}': a range stands alone, without other values beside it")
 
 
 def make_axis_of_values(override: Override, values: Sequence[Any]) -> Axis:

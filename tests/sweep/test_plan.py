@@ -34,6 +34,8 @@ def test_an_experiment_names_its_runs_and_the_command_line_wins():
     ("overrides", "message"),
     [
         (["shape=bal"], "there is no shape 'bal'; there are: .*ball"),
+        (["shape=0.3"], "'shape=0.3': should be one of the names: ball, rectangle, star, triangle"),
+        (["reading=true"], "'reading=true': should be one of the names: grid_units, seen, si"),
         (["fidelity=ultra"], "there is no fidelity 'ultra'; there are: fine, paper, preview"),
         (["presure=5"], "there is no setting 'presure'; did you mean 'pressure'"),
         (["reading.C4=1"], "there is no setting 'reading.C4'; did you mean 'sintering.C4'?"),

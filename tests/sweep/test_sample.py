@@ -147,6 +147,9 @@ def test_an_experiment_can_have_a_design(tmp_path, monkeypatch):
     [
         (["pressure=log(1,2)"], r"'pressure=log\(1,2\)' is a range, .* add one, as in design=sobol"),
         (["design=sobol", "pressure=1,2"], r"design=sobol has nothing to sample: write a range, as in '"),
+        (["design=sobol", "pressure=log(1,2),3"], r"'pressure=log\(1,2\),3': a range stands alone"),
+        (["pressure=3,log(1,2)"], r"a range stands alone, without other values beside it"),
+        (["design=sobol", "shape=interval(0,1)"], r"'shape=0\.\d+': should be one of the names: ball, rectangle, "),
         (["design=sobol,latin", "pressure=log(1,2)"], r"'design=sobol,latin': a sweep has one design"),
         (["design=sobol", "design.points=2,4", "pressure=log(1,2)"], r"a sweep has one design"),
         (["design=sobol", "design.points=0", "pressure=log(1,2)"], r"design\.points: should be greater than 0"),
