@@ -7,6 +7,7 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
+from contourpy import contour_generator
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import Colormap
@@ -285,12 +286,19 @@ def _hatch(ax: Axes, mapped: ImpactMap, floor: str, arm: str) -> None:
 
 
 def _draw_half(ax: Axes, lumps: pd.DataFrame) -> None:
-    """Draw the curve on which half of the mass is in lumps, if there is one; a runs' gap is a gap in it."""
+    """Draw the curve on which half of the mass is in lumps, if there is one; a runs' gap is a gap in it.
+
+    What is shorter than a cell is left out: a corner that is half in lumps within a few hundredths.
+    """
     values = lumps.to_numpy(float)
     if min(lumps.shape) < 2 or not (lumps.min().min() < HALF < lumps.max().max()):
         return
-    for colour, width in (("white", 2.0 * HALF_LINE["linewidth"]), (HALF_LINE["color"], HALF_LINE["linewidth"])):
-        ax.contour(lumps.columns, lumps.index, np.ma.masked_invalid(values), [HALF], colors=[colour], linewidths=width)
+    columns, rows = np.log(lumps.columns.to_numpy(float)), np.log(lumps.index.to_numpy(float))
+    cell = np.ptp(columns) / (len(columns) - 1), np.ptp(rows) / (len(rows) - 1)
+    lines: list[Any] = list(contour_generator(columns, rows, np.ma.masked_invalid(values)).lines(HALF))
+    for curve in (line for line in lines if (np.ptp(line, axis=0) >= cell).any()):
+        ax.plot(*np.exp(curve.T), color="white", linewidth=2.0 * HALF_LINE["linewidth"])
+        ax.plot(*np.exp(curve.T), **HALF_LINE)
 
 
 def _list_marks() -> list[Line2D | Patch]:
