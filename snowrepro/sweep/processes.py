@@ -138,10 +138,16 @@ def _pause(running: Sequence[_Running]) -> None:
 
 
 def _start(job: Job, scratch: Path) -> _Running:
-    """Start the process of a job."""
+    """Start the process of a job.
+
+    Its call is in a file: in the pipe to the new process it would wait for that to have imported what it needs, and the
+    next process with it.
+    """
     job.tries += 1
     answer = scratch / f"{id(job)}.{job.tries}"
-    process = _context().Process(target=_child, args=(job.payload, str(answer), dict(os.environ)), daemon=False)
+    call = answer.with_suffix(".call")
+    call.write_bytes(job.payload)
+    process = _context().Process(target=_child, args=(str(call), str(answer), dict(os.environ)), daemon=False)
     with _one_thread():
         process.start()
     job.state, job.started = RUNNING, time.monotonic()
@@ -239,10 +245,12 @@ def _one_thread() -> Iterator[None]:
                 del os.environ[name]
 
 
-def _child(payload: bytes, answer: str, environment: dict[str, str]) -> None:
+def _child(call: str, answer: str, environment: dict[str, str]) -> None:
     """Entry of the fresh process."""
     _prepare_child(environment)
     try:
+        payload = Path(call).read_bytes()
+        Path(call).unlink()
         result = cloudpickle.loads(payload)()
     except KeyboardInterrupt:
         sys.exit(130)
