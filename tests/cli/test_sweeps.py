@@ -281,7 +281,7 @@ def test_a_store_that_can_only_be_read(tmp_path, snowrepro):
 def test_a_time_limit_is_a_state_and_the_run_goes_on(tmp_path, snowrepro):
     """The run is stopped, said to have been, keeps its checkpoint, and is taken up again."""
     sweep = ["-m", "pressure=500", "sintering=paper", "fidelity=preview", "checkpoint_seconds=0.1"]
-    sweep += ["loading.frames=4000"]
+    sweep += ["loading.frames=4000", "loading.rest=null"]
     late = snowrepro("run", *sweep, "hydra.launcher.time_limit_minutes=0.2")
     assert late.returncode == 3
     assert "timed out: stopped after 12 s, its time limit, kept a checkpoint" in late.stderr
