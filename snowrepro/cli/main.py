@@ -72,7 +72,7 @@ def read_command_line(words: Sequence[str]) -> tuple[argparse.Namespace, list[st
     if named:
         rest += folders.list_strange(options, named)
     if rest and ("overrides" not in options or any(word.startswith("-") for word in rest)):
-        parser.error(f"unrecognized arguments: {' '.join(rest)}")
+        options.parser.error(f"unrecognized arguments: {' '.join(rest)}; a setting is written as in fidelity=preview")
     if rest:
         options.overrides += rest  # argparse stops at an option between overrides
     return options, named
@@ -105,7 +105,7 @@ def build_parser(words: Sequence[str] | None = None) -> argparse.ArgumentParser:
                 module = importlib.import_module(f".verbs.{verb}", __package__)
             verb_parser.epilog = module.HELP
             module.add_arguments(verb_parser)
-            verb_parser.set_defaults(execute=module.execute)
+            verb_parser.set_defaults(execute=module.execute, parser=verb_parser)
     return parser
 
 

@@ -6,9 +6,11 @@ from pathlib import Path
 from typing import TypeVar
 
 from ..errors import ConfigError
+from ..evidence.gather import Evidence, command_to_repeat
 from ..report.figures.kinds import find_figure, needs_runs, require_drawable
 from ..report.page import paper
 from ..report.page.folder import find_report_folder
+from ..report.page.lead import WITHOUT_CHANGES, list_changed_settings
 from ..report.page.page import ExperimentReport, draw_experiment, write_experiment_page
 from ..report.page.unchanged import STAMP, digest_inputs, draw_if_changed
 from ..report.sections import choices, claims
@@ -44,10 +46,17 @@ def print_claims(plan: Plan) -> None:
     def draw() -> tuple[list[str], list[Path]]:
         """Draw the report; returns what to print, and the folder."""
         part, page = leave_out_broken(lambda: write_report(plan))
-        return [*claims.format_for_screen(part.evidence), f"report: {page}"], [page.parent]
+        return [*describe_claims(part.evidence, plan), f"report: {page}"], [page.parent]
 
     words = [CLAIMS, *plan.overrides]  # its lines are others than those of a report alone
     print_drawn(find_report_folder(plan.runs[0], plan.overrides), words, plan.runs[0].store, draw)
+
+
+def describe_claims(evidence: Evidence, plan: Plan) -> list[str]:
+    """Lines on the claims, and what the command changed of an experiment whose pressures were chosen without that."""
+    changed = list_changed_settings(command_to_repeat(plan.overrides))
+    lines = claims.format_for_screen(evidence)
+    return [*lines, f"Changed: {', '.join(changed)}. {WITHOUT_CHANGES}"] if changed else lines
 
 
 def print_paper_report(overrides: Sequence[str], store: str) -> None:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from ..sweep.factors import Factor, read_factor
 from ..sweep.plan import Plan, make_plan, parse_overrides, split_seeds, with_seeds
 from .scenes import build_scenes
 from .screen import show
-from .sweeping import run_missing, write_table
+from .sweeping import describe_sweep, run_missing, write_table
 
 
 @dataclass
@@ -34,6 +35,12 @@ class _Cell:
 def is_text(measure: str) -> bool:
     """Whether a measure is no column of numbers."""
     return measure not in ALL_COLUMNS or ALL_COLUMNS[measure].is_text
+
+
+def offer(measure: str) -> str:
+    """Say which column of numbers may be meant by a wrong name, or where all are."""
+    near = get_close_matches(measure, [name for name in ALL_COLUMNS if not is_text(name)], n=1)
+    return f"did you mean '{near[0]}'?" if near else "see docs/columns.md"
 
 
 def split_range(overrides: Sequence[str]) -> tuple[Factor, list[str]]:
@@ -109,13 +116,15 @@ def _print_answer(search: Search, measure: str, cell: _Cell) -> None:
     write_table(plan)
     answer, case = read_answer(search, cell.known), plan.runs[0].case
     key, target = search.factor.key, search.target if isinstance(search.target, str) else f"{search.target:g}"
-    found = (
-        f"{key} {answer.value:.4g}, between {answer.low:.6g} and {answer.high:.6g}"
-        if not math.isnan(answer.value)
-        else "nothing found"
-    )
+    bracket = f"between {answer.low:.6g} and {answer.high:.6g}"
+    if math.isnan(answer.value):
+        found = ": nothing found"
+    elif answer.value in cell.known:
+        found = f" at {key} {answer.value:.6g}, {bracket}"
+    else:
+        found = f" {bracket} of {key}, by a straight line at {answer.value:.4g}"
     show(
-        f"{case.shape.name} on {case.floor.name}, {case.sintering.name}: {measure} {target} at {found}; "
+        f"{case.shape.name} on {case.floor.name}, {case.sintering.name}: {measure} {target}{found}; "
         f"{len(cell.known)} values{'; ' * bool(answer.note)}{answer.note}"
     )
-    show(f"sweep: {record.name_sweep(plan.overrides)}")
+    show(*describe_sweep(plan))

@@ -22,6 +22,7 @@ from hydra.core.override_parser.types import (
     Override,
     OverrideType,
     RangeSweep,
+    Sweep,
     Transformer,
 )
 from hydra.core.utils import JobReturn
@@ -33,7 +34,7 @@ from .spacing import SPACINGS, Number
 
 __all__ = [
     "CachingConfigRepository", "ConfigDefault", "ConfigLoaderImpl", "FileConfigSource", "IntervalSweep", "Override",
-    "OverrideType", "OverridesParser", "RangeSweep", "as_text", "context_of", "forget_hydra", "has_range_in_list",
+    "OverrideType", "OverridesParser", "RangeSweep", "as_text", "context_of", "forget_hydra", "has_list_in_list",
     "initialised_hydra", "is_range", "is_sampled", "jobs_of", "loader_of_options", "make_parser", "offer_options",
     "option_repository", "result_of",
 ]  # fmt: skip
@@ -112,10 +113,10 @@ def is_range(override: Override) -> bool:
     return isinstance(override.value(), IntervalSweep)
 
 
-def has_range_in_list(override: Override) -> bool:
-    """Whether an override lists a range of numbers beside other values, where no design looks for it."""
+def has_list_in_list(override: Override) -> bool:
+    """Whether an override lists what stands for several values, such as range(1,5), beside others."""
     value = override.value()
-    return isinstance(value, ChoiceSweep) and any(isinstance(each, IntervalSweep) for each in value.list)
+    return isinstance(value, ChoiceSweep) and any(isinstance(each, Sweep) for each in value.list)
 
 
 def is_sampled(override: Override) -> bool:

@@ -52,6 +52,8 @@ def one_message(error: Exception) -> str:
         return f"there is no {choice[1]} '{choice[2]}'; there are: {', '.join(choice[3].split())}{hint}"
     if "hydra/launcher/submitit" in text:
         return "this launcher is not installed: pip install 'snowrepro[slurm]'"
+    if text.startswith("mismatched input '<EOF>'"):
+        return "it ends where a value should stand"
     if "LexerNoViableAltException" in text:
         return "it has letters that must stand in quotes, as in \"name='value'\""
     relative = re.search(r"In '([^']+)': Could not override '[^']+/([^/'@]+)@", text)

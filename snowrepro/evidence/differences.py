@@ -194,12 +194,12 @@ def describe_sweep_differences(differences: SweepDifferences) -> list[str]:
             strict=True,
         )
     ]
+    has_common = len(differences.cells) or len(differences.lacking)
+    where = "in the first cell of both" if has_common else "in the first run of each, as no cell is in both"
     return [
         f"a: {differences.a}",
         f"b: {differences.b}",
-        *list_under_title(
-            "configuration, in the first cell of both", add_colons(differences.config), "the same configuration"
-        ),
+        *list_under_title(f"configuration, {where}", add_colons(differences.config), "the same configuration"),
         *(_describe_measure(name, of, dims) for name, of in cells.groupby("measure")),
         *list_under_title("cells that changed, largest first", changes, "no cell changed" if len(cells) else ""),
         *list_under_title("cells without results to compare", lacking),
@@ -322,11 +322,12 @@ def _tabulate_cells(sweep: CollectedSweep, dims: Sequence[str]) -> pd.DataFrame:
 
 
 def _compare_settings(a: CollectedSweep, b: CollectedSweep, matched: pd.DataFrame) -> list[str]:
-    """Compare the settings of both runs in the first of the matched cells, each difference as "key before -> now"."""
-    if matched.empty:
-        return []
-    first = matched.iloc[0]
-    before, now = a.runs[int(first["row_a"])], b.runs[int(first["row_b"])]
+    """Compare the settings of both runs in the first of the matched cells, each difference as "key before -> now".
+
+    Where no cell is matched the first run of each sweep is compared.
+    """
+    rows = (0, 0) if matched.empty else (int(matched.iloc[0]["row_a"]), int(matched.iloc[0]["row_b"]))
+    before, now = a.runs[rows[0]], b.runs[rows[1]]
     return manifest.differences(before.config.record(), now.config.record())
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from difflib import get_close_matches
 from functools import partial
 from itertools import combinations
 
@@ -93,9 +94,9 @@ def read_measure(sweep: CollectedSweep, measure: str) -> pd.Series:
     if claim := find_claim(sweep, measure):
         return read_margins(sweep, claim)
     if measure not in sweep.columns or not is_numeric_dtype(sweep.table[measure]):
-        raise ConfigError(
-            f"measure: '{measure}' is no column of numbers that runs give, see docs/columns.md{_offer_margins(sweep)}"
-        )
+        near = get_close_matches(measure, [*map(str, sweep.columns)], n=1)
+        hint = f"did you mean '{near[0]}'?" if near else "see docs/columns.md"
+        raise ConfigError(f"measure: '{measure}' is no column of numbers that runs give; {hint}{_offer_margins(sweep)}")
     return sweep.table[measure].astype(float)
 
 
@@ -103,8 +104,8 @@ def _offer_margins(sweep: CollectedSweep) -> str:
     """Name the claims that would be measures too, as the end of a sentence, or say what they need."""
     names = list_margins(sweep)
     if names:
-        return f", and no claim with a margin; there are: {', '.join(names)}"
-    return "; margins of claims need pressures and sintering=paper,none listed beside what is sampled"
+        return f" Margins of claims are: {', '.join(names)}"
+    return " Margins of claims need pressures and sintering=paper,none listed beside what is sampled"
 
 
 def tabulate_failures(sweep: CollectedSweep) -> pd.DataFrame:

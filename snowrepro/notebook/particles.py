@@ -20,7 +20,7 @@ def classify(
     data: xr.Dataset | np.ndarray | str | Path,
     analysis: Analysis | None = None,
     *,
-    frames: Sequence[int] | Literal["all"] | None = None,
+    frames: Sequence[int] | int | Literal["all"] | None = None,
     mass: np.ndarray | float | str | None = None,
     release: int | None = None,
     grid_spacing: float | None = None,
@@ -32,10 +32,10 @@ def classify(
 
     ``data``: a Dataset (a run, or particles of another code), positions (time, particle, axis), the id of a run in
     ``store`` or its beginning or end, or the path of a file.
-    ``frames``: those whose fragments are wanted, "all" stored ones since release, or by default the last.
+    ``frames``: those (or the one) whose fragments are wanted, "all" stored ones since release, or by default the last.
     ``mass`` (n,), ``release`` (a frame), ``grid_spacing``, ``cell`` and ``cell_mass`` win over what the data says.
     ``analysis`` and ``settings`` by name (``definition="proximity"``, ``break_strain=0.2``) define what a lump is; by
-    default the run's own configuration does, or conf/analysis/bonds.yaml.
+    default the run's own configuration does, or conf/analysis/strain.yaml.
     Variables and dimensions that have other names than the usual ones are named likewise:
     ``position="coordinates"`` or ``"x,y"``, ``velocity``, ``particle_id``, ``time``, ``time_dimension``,
     ``particle_dimension``; ``mass`` may be a name too.  "none": the data has none.

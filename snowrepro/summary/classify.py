@@ -31,7 +31,7 @@ def classify(
     data: xr.Dataset | np.ndarray,
     analysis: Analysis | None = None,
     *,
-    frames: Sequence[int] | Literal["all"] | None = None,
+    frames: Sequence[int] | int | Literal["all"] | None = None,
     mass: np.ndarray | float | str | None = None,
     release: int | None = None,
     grid_spacing: float | None = None,
@@ -42,7 +42,7 @@ def classify(
     """Classify particles over time, ours or anyone's, into lumps, crushed snow and loose snow.
 
     ``data``: a Dataset (a run; or see ``read_motion`` for what it must hold) or positions (time, particle, axis).
-    ``frames``: those whose fragments are wanted, "all" stored ones since release, or by default the last.
+    ``frames``: those (or the one) whose fragments are wanted, "all" stored ones since release, or by default the last.
     ``mass`` (n,), ``release`` (a frame), ``grid_spacing``, ``cell`` (over which strain is measured) and ``cell_mass``
     (of it, full of unpressed snow) win over what the data says.
     ``analysis`` and ``settings`` by name (``definition="proximity"``, ``break_strain=0.2``) define what a lump is; by
@@ -69,9 +69,13 @@ def classify(
     )
     if analysis is None:
         analysis = read_analysis(data) if isinstance(data, xr.Dataset) else compose_analysis()
+    elif not isinstance(analysis, Analysis):
+        raise ConfigError(f"analysis should be an Analysis, not {analysis!r}; a definition is named so: definition=...")
     analysis = change_settings(analysis, settings)
     if frames is None:
         frames = [int(motion.frames[-1])]
+    if isinstance(frames, int):
+        frames = [frames]
     if isinstance(frames, str) and frames != "all":
         raise DataError(f'frames is {quote(frames)}: give a list of frames, or "all"')
     return classify_motion(motion, analysis, motion.frames.tolist() if isinstance(frames, str) else list(frames))
@@ -142,7 +146,8 @@ def change_settings(analysis: Analysis, settings: dict[str, Any]) -> Analysis:
     names = list(Analysis.model_fields)
     for name in settings:
         if name not in names:
-            raise ConfigError(f"there is no setting '{name}' of the analysis; there are: {', '.join(names)}")
+            hint = "; a definition is named by definition=..." if name == "analysis" else ""
+            raise ConfigError(f"there is no setting '{name}' of the analysis{hint}; there are: {', '.join(names)}")
     try:
         return Analysis.model_validate({**analysis.model_dump(), **settings})
     except ValidationError as error:

@@ -14,7 +14,7 @@ from ..composition.hydra_private import (
     OverrideType,
     RangeSweep,
     as_text,
-    has_range_in_list,
+    has_list_in_list,
     is_range,
     jobs_of,
     make_parser,
@@ -44,7 +44,7 @@ class Axis:
 
 def make_axis(override: Override) -> Axis:
     """The overrides that a sweep makes of one.  Raises ConfigError if it makes none."""
-    require_no_range_in_list(override)
+    require_alone(override)
     if is_range(override):
         raise ConfigError(
             f"'{override.input_line}' is a range, which only a design makes values of: add one, as in design=sobol"
@@ -67,10 +67,12 @@ def make_axis(override: Override) -> Axis:
     return Axis(override.key_or_group, tuple(texts), plain)
 
 
-def require_no_range_in_list(override: Override) -> None:
-    """Raises ConfigError for a range of numbers that a design would look for in vain."""
-    if has_range_in_list(override):
-        raise ConfigError(f"'{override.input_line}': a range stands alone, without other values beside it")
+def require_alone(override: Override) -> None:
+    """Raises ConfigError for what stands for several values, such as range(1,5), in a list with others."""
+    if has_list_in_list(override):
+        raise ConfigError(
+            f"'{override.input_line}': what stands for several values stands alone, without others beside it"
+        )
 
 
 def make_axis_of_values(override: Override, values: Sequence[Any]) -> Axis:

@@ -12,7 +12,7 @@ from ..composition.hydra_private import Override, as_text, is_sampled
 from ..composition.ranges import EXAMPLE
 from ..errors import ConfigError
 from ..settings.design import Design
-from .axes import Axis, make_axis_of_values, require_no_range_in_list
+from .axes import Axis, make_axis_of_values, require_alone
 from .factors import Factor, read_factor
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def read_sample(design: Design, overrides: Sequence[Override]) -> Sample:
     """Read what a design samples.  Raises ConfigError where there is nothing, or what has one value alone."""
     factors = {each.get_key_element(): read_factor(each) for each in overrides if is_sampled(each)}
     for override in overrides:
-        require_no_range_in_list(override)
+        require_alone(override)
     if not factors:
         raise ConfigError(f"design={design.name} has nothing to sample: write a range, as in {EXAMPLE}")
     if "seed" in factors:  # which a report takes from all runs that were asked for

@@ -106,6 +106,12 @@ def test_status_needs_no_word_for_several_runs(remembered, capsys, words):
     assert re.fullmatch(r"pressure=500,900(: 2|,sintering=paper,none: 4) pending", first)
 
 
+def test_a_list_of_all_runs_is_one_of_a_sweep(remembered):
+    """Not silently a line for each sweep."""
+    with pytest.raises(ConfigError, match="--list: name a sweep, as in 'snowrepro status grid --list'"):
+        call("status", "--list")
+
+
 @pytest.mark.parametrize(
     ("verb", "message"),
     [

@@ -22,7 +22,7 @@ PACKAGE = Path(snowrepro.__file__).parent
 PLUGINS = Path(next(iter(hydra_plugins.__path__))) / "snowrepro_launcher"
 HOME = PACKAGE / "composition" / "hydra_private.py"
 EXERCISED = {
-    "as_text", "context_of", "forget_hydra", "has_range_in_list", "initialised_hydra", "is_range", "is_sampled",
+    "as_text", "context_of", "forget_hydra", "has_list_in_list", "initialised_hydra", "is_range", "is_sampled",
     "jobs_of", "loader_of_options", "make_parser", "offer_options", "option_repository", "result_of",
 }  # fmt: skip
 
@@ -97,8 +97,8 @@ def test_ranges_are_told_from_lists():
     read = hydra_private.make_parser().parse_overrides(words)
     assert [hydra_private.is_range(each) for each in read] == [True] * 3 + [False] * 4
     assert [hydra_private.is_sampled(each) for each in read] == [True] * 4 + [False] * 3
-    listed = hydra_private.make_parser().parse_overrides(["a=log(1,100),3", "a=3,interval(0,1)", "a=1,3", *words])
-    assert [hydra_private.has_range_in_list(each) for each in listed] == [True] * 2 + [False] * 8
+    listed = hydra_private.make_parser().parse_overrides(["a=log(1,100),3", "a=3,range(0,5)", "a=1,3", *words])
+    assert [hydra_private.has_list_in_list(each) for each in listed] == [True] * 2 + [False] * 8
     assert [each.value().tags for each in read[:2]] == [{"log"}, {"whole"}]
     assert (read[0].value().start, read[0].value().end) == (1.0, 100.0)
 

@@ -192,6 +192,17 @@ def test_a_coordinate_that_differs_throughout_matches_nothing(sweep):
     assert found.only_a.empty and found.only_b.empty
 
 
+def test_without_a_cell_in_common_the_first_runs_say_what_differs(sweep, tmp_path):
+    """Other scenes at other pressures are not the same configuration."""
+    a = sweep(["pressure=300,500", "material.E=200000"], *lumps(0.5, 0.1))
+    b = sweep(["pressure=310,510", "shape=star"], *lumps(0.6, 0.1))
+    lines = describe_differences(*(record.name_sweep(plan.overrides) for plan in (a, b)), tmp_path)
+    start = lines.index("configuration, in the first run of each, as no cell is in both:")
+    said = "\n".join(lines[start:])
+    assert "pressure: 300 -> 310" in said and "material.E: 200000 -> 140000" in said
+    assert "the same configuration" not in said
+
+
 def test_hardness_is_compared_where_there_is_some(sweep):
     """A sweep of falls and tests: each by its own measure."""
     asked = ["indenter=none,disc"]

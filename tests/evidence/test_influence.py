@@ -245,7 +245,8 @@ def test_too_little_says_so(sobol):
     assert few.table.empty and few.note == "4 points have a value, and 8 are needed"
     same = measure_influence(sample("sobol", 16, function=lambda t: 1.0), "lump_fraction")
     assert same.table.empty and same.note == "it is the same in all runs"
-    with pytest.raises(ConfigError, match="measure: 'lumps_fraction' is no column of numbers"):
+    message = r"'lumps_fraction' is no column of numbers that runs give; did you mean 'lump_fraction'\?"
+    with pytest.raises(ConfigError, match=message):
         measure_influence(sobol, "lumps_fraction")
 
 

@@ -346,6 +346,7 @@ def test_no_result_at_all_is_a_report_too(tmp_path, experiment):
     [
         ("snowrepro run experiment=fig5 seed=0,1 fidelity=preview", []),
         ("snowrepro run experiment=fig5 sintering.C4=0.002 'material.E=1e5'", ["sintering.C4=0.002", "material.E=1e5"]),
+        ("snowrepro run experiment=fig5 pressure=340 hydra.launcher.workers=2 hydra/launcher=ray", ["pressure=340"]),
         ("snowrepro run -m pressure=340,3300", []),
     ],
 )

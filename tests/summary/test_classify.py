@@ -3,7 +3,7 @@
 import pytest
 
 from snowrepro.errors import ConfigError, DataError
-from snowrepro.summary.classify import classify
+from snowrepro.summary.classify import change_settings, classify, compose_analysis
 
 
 def test_frames_that_are_not_there_are_refused(small_run):
@@ -11,6 +11,20 @@ def test_frames_that_are_not_there_are_refused(small_run):
     for frame in (8, 21):
         with pytest.raises(DataError, match="not stored at or after the release"):
             classify(small_run, frames=[frame])
+
+
+def test_one_frame_needs_no_list(small_run):
+    """Of a frame alone come the fragments that a list of it has."""
+    last = int(small_run["frame"][-1])
+    assert classify(small_run, frames=last).table().equals(classify(small_run, frames=[last]).table())
+
+
+def test_a_definition_is_no_analysis(small_run):
+    """As docs and commands name it otherwise."""
+    with pytest.raises(ConfigError, match=r"analysis should be an Analysis, not 'bonds'.* definition=\.\.\."):
+        classify(small_run, analysis="bonds")
+    with pytest.raises(ConfigError, match=r"no setting 'analysis' of the analysis; a definition is named by"):
+        change_settings(compose_analysis(), {"analysis": "bonds"})
 
 
 def test_settings_travel_with_the_run_and_can_be_changed(small_run, small_config):

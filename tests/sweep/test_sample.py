@@ -147,8 +147,11 @@ def test_an_experiment_can_have_a_design(tmp_path, monkeypatch):
     [
         (["pressure=log(1,2)"], r"'pressure=log\(1,2\)' is a range, .* add one, as in design=sobol"),
         (["design=sobol", "pressure=1,2"], r"design=sobol has nothing to sample: write a range, as in '"),
-        (["design=sobol", "pressure=log(1,2),3"], r"'pressure=log\(1,2\),3': a range stands alone"),
-        (["pressure=3,log(1,2)"], r"a range stands alone, without other values beside it"),
+        (["design=sobol", "pressure=log(1,2),3"], r"'pressure=log\(1,2\),3': what stands for several values"),
+        (["pressure=300,range(1,5,2)"], r"'pressure=300,range\(1,5,2\)': what stands for several values stands alone"),
+        (["pressure=logspace(200,4000,8),300"], r"what stands for several values stands alone"),
+        (["reading.contact=choice(legacy,coulomb),legacy"], r"what stands for several values stands alone"),
+        (["pressure=3,log(1,2)"], r"what stands for several values stands alone, without others"),
         (["design=sobol", "shape=interval(0,1)"], r"'shape=0\.\d+': should be one of the names: ball, rectangle, "),
         (["design=sobol,latin", "pressure=log(1,2)"], r"'design=sobol,latin': a sweep has one design"),
         (["design=sobol", "design.points=2,4", "pressure=log(1,2)"], r"a sweep has one design"),

@@ -6,10 +6,9 @@ from ...errors import ConfigError, ExitCode
 from ...evidence import gather
 from ...report.figures import kinds
 from ...report.page import folder
-from ...report.sections import claims
 from ...sweep import plan as sweep_plan
 from .. import candidates, reporting, scenes, screen, sweeping
-from ..arguments import EXITS, add_folders, add_no_report, complete_by
+from ..arguments import EXITS, add_folders, add_needless_multirun, add_no_report, complete_by
 
 DEFAULT_SEEDS = 3
 HELP = f"""\
@@ -27,6 +26,7 @@ examples:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Which experiment, and how many seeds."""
+    add_needless_multirun(parser)
     overrides = parser.add_argument(
         "overrides", nargs="*", help=f"experiment=..., seeds=N (default: {DEFAULT_SEEDS}) and other overrides"
     )
@@ -50,7 +50,7 @@ def execute(options: argparse.Namespace) -> ExitCode:
     sweeping.write_table(plan)
     if options.no_report:
         evidence = gather.gather_evidence(plan.runs, folder.find_report_folder(plan.runs[0], plan.overrides))
-        screen.show(*claims.format_for_screen(evidence))
+        screen.show(*reporting.describe_claims(evidence, plan))
     else:
         reporting.print_claims(plan)
     return sweeping.require_results(plan)

@@ -52,6 +52,6 @@ def execute(options: argparse.Namespace) -> ExitCode:
     factor, words = searching.split_range(options.overrides)
     asked = search.make_search(factor, options.target, options.within, options.points)
     if searching.is_text(options.measure):
-        raise ConfigError(f"measure: '{options.measure}' is no column of numbers; see docs/columns.md")
+        raise ConfigError(f"measure: '{options.measure}' is no column of numbers; {searching.offer(options.measure)}")
     searching.run_searches(asked, options.measure, words)
     return ExitCode.FINE

@@ -23,7 +23,7 @@ examples:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Which sweep, and how much is to be said of it."""
     add_needless_multirun(parser)
-    parser.add_argument("--list", action="store_true", help="every run with its state")
+    parser.add_argument("--list", action="store_true", help="every run of a sweep with its state")
     add_verify(parser)
     overrides = parser.add_argument("overrides", nargs="*", help=SWEEP)
     complete_by(overrides, candidates.any_of(candidates.list_sweeps, candidates.list_overrides))
@@ -34,6 +34,10 @@ def execute(options: argparse.Namespace) -> ExitCode:
     """Say how far one sweep is, or all that the store remembers."""
     store, words = sweep_plan.split_store(options.overrides)
     if not words:
+        if options.list:
+            raise ConfigError(
+                "--list: name a sweep, as in 'snowrepro status grid --list'; 'snowrepro status' names all"
+            )
         return _print_all_sweeps(store)
     plan = plans.plan_sweep(options.overrides, multirun=True)
     decided = todo.decide(plan, options.verify)

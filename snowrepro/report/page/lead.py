@@ -29,6 +29,7 @@ from ..sections.variants import describe_change
 
 FITTED = "fitted"  # the picture of the experiment that tries readings
 ELSEWHERE = "Judged on its own page, as it reads the paper otherwise"
+WITHOUT_CHANGES = "What is said to be calibrated, or printed in the paper, is so without these changes."
 SHOWN_ABOVE = "The first picture of this section is at the top of the report."
 
 
@@ -46,10 +47,8 @@ def make_lead(
     picture = next((block for block in chosen.blocks if isinstance(block, Picture)), None)
     blocks: list[Block] = [describe_runs(evidences)]
     if changed := list_changed_settings(chosen.command):
-        blocks.append(
-            f"**Changed** of the experiment's own settings: {', '.join(map(format_code, changed))}. What is said to be "
-            "calibrated, or printed in the paper, is so without these changes."
-        )
+        named = ", ".join(map(format_code, changed))
+        blocks.append(f"**Changed** of the experiment's own settings: {named}. {WITHOUT_CHANGES}")
     if len(sections) > 1:
         blocks += [
             *make_columns(judged, find_losing_readings(evidences)),
@@ -113,14 +112,16 @@ def _write_answer(answer: Answer) -> str:
 
 
 def list_changed_settings(command: str) -> list[str]:
-    """List the overrides by which the command of an experiment changes what its file says; none of seed and fidelity.
+    """List the overrides by which the command of an experiment changes what its file says of runs.
+
+    None of seed and fidelity, and none of how runs are started.
 
     Empty for a command without an experiment: that has no file.
     """
     words = [word for word in shlex.split(command)[2:] if not word.startswith("-")]
     if not any(word.startswith("experiment=") for word in words):
         return []
-    return [word for word in words if not word.startswith(("experiment=", "seed=", "fidelity="))]
+    return [word for word in words if not word.startswith(("experiment=", "seed=", "fidelity=", "hydra"))]
 
 
 def describe_scope(evidences: Sequence[Evidence], not_run: Sequence[str]) -> list[str]:
