@@ -18,6 +18,7 @@ from ...scene.build import domain
 from ...scene.outline import polylines
 from ...settings.case import Outline
 from ...store.run import Run
+from .palette import reduce_colours
 
 # The paper's solver draws in these colours (legacy Taichi).
 SKY, FLOOR, SNOW = "#668e93", "#307a78", "#f0f0ff"
@@ -80,7 +81,7 @@ def save_figure(figure: Figure, path: Path) -> None:
     """Write a figure as PNG, the same drawing to the same bytes, in at most COLOURS colours: a third of the size."""
     figure.savefig(path, dpi=DPI)
     with Image.open(path) as drawn:
-        image = drawn.convert("RGB").quantize(COLOURS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+        image = reduce_colours(drawn.convert("RGB"), COLOURS)
     image.save(path, optimize=True, dpi=(DPI, DPI))
 
 

@@ -1,5 +1,6 @@
 """Columns of a sweep's table drawn against each other: runs as points, and lines through the means over seeds."""
 
+import math
 import textwrap
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
@@ -10,11 +11,12 @@ import matplotlib as mpl
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator, NullLocator, ScalarFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator, ScalarFormatter
 
 from ...errors import ConfigError
 from ...evidence.collect import CollectedSweep, collect_sweep
@@ -27,9 +29,11 @@ from .common import DPI, SINTERED, UNSINTERED, own_style
 
 PALETTE = (SINTERED, UNSINTERED, "#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7f4f24")
 ALONE, NO_VALUE = "#307a78", "0.8"  # colours: where there is one for all, and of points without a value
+ALPHA = 0.75  # of points, which may lie on each other
 MOST_NAMED = 8  # values with a colour of their own in the legend; of more numbers there is a scale
 MOST_PANELS = 24
 COLUMNS = 3  # of panels
+MOST_DECADES = 2.0  # of a logarithmic axis with ticks between powers of ten
 LEAST_GAP = 0.13  # between ticks, part of the axis
 FORMATS = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}  # and what is not written
 # Same drawing, same bytes; text in a PDF stays text.
@@ -153,7 +157,7 @@ def draw_points(ax: Axes, points: pd.DataFrame, colours: Mapping[Hashable, Any],
         if mark and each:
             means = part.groupby("x")["y"].mean()  # NaN where there is no result: no line goes over it
             ax.plot(means.index, means, mark, color=each[0], lw=1.3, ms=16, mew=1.6, zorder=2)
-        ax.scatter(known["x"], known["y"], c=each, s=22, alpha=0.75, linewidths=0, zorder=3)
+        ax.scatter(known["x"], known["y"], c=each, s=22, alpha=ALPHA, linewidths=0, zorder=3)
     ax.grid(color="0.92", lw=0.6)
     ax.tick_params(labelsize=9)
 
@@ -163,10 +167,7 @@ def set_scales(ax: Axes, sweep: CollectedSweep, roles: Roles) -> None:
     for axis in roles.log:
         ax.set(**{f"{axis}scale": "log"})
         values = read_values(sweep, getattr(roles, axis))
-        if not spans_far(values):  # less than a decade: ticks at powers of ten would be too few
-            getattr(ax, f"{axis}axis").set_major_locator(MaxNLocator(5))
-            getattr(ax, f"{axis}axis").set_major_formatter(ScalarFormatter())
-            getattr(ax, f"{axis}axis").set_minor_locator(NullLocator())
+        _set_log_ticks(getattr(ax, f"{axis}axis"), values)
     different = list(read_values(sweep, roles.x).dropna().unique())
     if not is_number(sweep, roles.x):
         names = [textwrap.shorten(escape_label(value), 24, placeholder="...") for value in different]
@@ -177,6 +178,18 @@ def set_scales(ax: Axes, sweep: CollectedSweep, roles: Roles) -> None:
         ax.xaxis.set_minor_locator(NullLocator())
     if roles.y in PARTS and "y" not in roles.log:
         ax.set_ylim(-0.04, 1.04)
+
+
+def _set_log_ticks(axis: Axis, values: pd.Series) -> None:
+    """Set ticks of a logarithmic axis as plain numbers: 1, 2, 5, 10, of many decades powers of ten alone."""
+    axis.set_minor_locator(NullLocator())
+    if not spans_far(values):  # less than a decade: those would be too few
+        axis.set_major_locator(MaxNLocator(5))
+        axis.set_major_formatter(ScalarFormatter())
+        return
+    decades = math.log10(values.max() / values.min())
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if decades <= MOST_DECADES else (1.0,)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 
 
 def _lie_apart(values: Sequence[float], in_log: bool) -> bool:
@@ -295,8 +308,10 @@ def _add_key(
         scale = ScalarMappable(Normalize(min(values), max(values)), "viridis")
         figure.colorbar(scale, ax=list(grid), label=textwrap.fill(label, 45), shrink=0.8)
         return
+    line = "" if name in sweep.factors else "-"
     handles = [
-        Line2D([], [], color=colour, marker="o", ms=5, label=escape_label(value)) for value, colour in colours.items()
+        Line2D([], [], ls=line, color=colour, marker="o", ms=5, alpha=ALPHA, mew=0, label=escape_label(value))
+        for value, colour in colours.items()
     ]
     figure.legend(
         handles=handles, title=label, loc="outside upper left", ncols=min(len(handles), 5), frameon=False, fontsize=9,

@@ -165,7 +165,7 @@ def draw_variants(comparison: Comparison, evidence: Evidence) -> None:
         )  # so narrow that a phone shows all
         ax.axhline(row + 0.3, color="0.92", lw=0.6)
         if missing := _describe_gaps(variant):
-            ax.text(1.02, row, missing, va="center", ha="right", fontsize=9, color="0.4")
+            ax.text(1.02, row - 0.2, missing, va="bottom", ha="right", fontsize=9, color="0.4")  # beside no dot
     title = add_unit("pressure", evidence.pressure_unit)
     figure.legend(loc="outside upper center", ncols=2, frameon=False, fontsize=9, title=title, title_fontsize=9)
     save_figure(figure, evidence.folder / "convergence.png")

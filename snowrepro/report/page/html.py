@@ -13,6 +13,7 @@ from PIL import Image
 
 from ...store.files import published
 from ..document import Document, Table, format_cell
+from ..drawing.palette import reduce_colours
 from ..viewer.scripts import join_scripts
 from ..viewer.viewer import Viewer
 
@@ -87,7 +88,7 @@ def _choose_class(value: object) -> str:
 def embed_picture(path: Path) -> str:
     """Make a data URL of a picture, in few colours so that it is small; the file keeps all colours."""
     with Image.open(path) as picture:
-        small = picture.convert("RGB").quantize(COLOURS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+        small = reduce_colours(picture.convert("RGB"), COLOURS)
     png = io.BytesIO()
     small.save(png, "png", optimize=True)
     return _make_data_url("image/png", min(png.getvalue(), path.read_bytes(), key=len))
