@@ -79,8 +79,8 @@ def keep_kernels() -> None:
     for: the next one would compile for seconds what this one has.
     """
     for name in COMPILERS:
-        if name in sys.modules:
-            sys.modules[name].reset()
+        if loaded := sys.modules.get(name):  # None where somebody forbids it
+            loaded.reset()
 
 
 def _spare_searches(module: Mapping[str, Any]) -> None:
