@@ -14,6 +14,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from hydra_plugins.snowrepro_launcher.local import LocalLauncherConf
+from snowrepro.composition.comments import adds_to, find_default_option, read_comments
 from snowrepro.composition.compose import compose
 from snowrepro.composition.drawings import Drawing
 from snowrepro.composition.experiments import CONF_DIR, read_experiments
@@ -40,7 +41,7 @@ def page() -> str:
     sections = {name: section for name, field in fields.items() if (section := section_of(field))}
     for name, field in fields.items():
         if name not in sections:
-            why = "" if field.description else comments("config").get(name, "")
+            why = "" if field.description else read_comments("config").get(name, "")
             lines.append(_row(name, field, defaults.get(name, ABSENT), why))
     for name, section in sections.items():
         lines += _section(name, section, defaults.get(name))
@@ -73,18 +74,6 @@ def _sections_of(field: FieldInfo) -> list[type[BaseModel]]:
     return [kind for kind in _kinds(field.annotation) if isinstance(kind, type) and issubclass(kind, BaseModel)]
 
 
-def comments(file: str) -> dict[str, str]:
-    """What the comments of a file in conf/ say of its keys, by name ("every" of "output:" as "output.every")."""
-    found, above = {}, ""
-    for line in (CONF_DIR / f"{file}.yaml").read_text(encoding="utf-8").splitlines():
-        matched = re.match(r"( *)(\w+):(?P<value>[^#]*)(?:# *(.+))?$", line)
-        if matched:
-            key = f"{above}.{matched[2]}" if matched[1] else matched[2]
-            above = above if matched[1] else matched[2]
-            found[key] = matched[4] or ""
-    return {key: text for key, text in found.items() if text}
-
-
 def about(path: Path) -> str:
     """The comment at the head of a file, its first sentences up to a blank line or an end of the comment."""
     lines = []
@@ -100,13 +89,13 @@ def about(path: Path) -> str:
 def _section(name: str, section: type[BaseModel], values: Any) -> Iterator[str]:
     """A section: its settings, and the options that set them together."""
     yield from ["", f"## {name}", "", plain(_first_paragraph(section)), ""]
-    chosen, why = _default_option(name), {}
+    chosen, why = find_default_option(name), {}
     if values is None:
         values = _values_of_some_option(name)
     if chosen and (CONF_DIR / name / f"{chosen}.yaml").exists():
-        why = {f"{name}.{key}": text for key, text in comments(f"{name}/{chosen}").items()}
+        why = {f"{name}.{key}": text for key, text in read_comments(f"{name}/{chosen}").items()}
     elif not chosen:
-        why = {key: text for key, text in comments("config").items() if key.startswith(f"{name}.")}
+        why = {key: text for key, text in read_comments("config").items() if key.startswith(f"{name}.")}
     yield from HEAD
     yield from _rows(name, section, values, why)
     if name in ("shape", "floor"):
@@ -156,7 +145,7 @@ def _rows_of_laws(key: str, group: str, laws: Sequence[type[BaseModel]]) -> Iter
                 yield _row(f"{key}.{field}", info, ABSENT, "")
         elif (CONF_DIR / group / f"{name}.yaml").exists() and len(law.model_fields) > 1:
             values = compose([f"{group}={name}"]).settings()[group]["law"]
-            why = comments(f"{group}/{name}")
+            why = read_comments(f"{group}/{name}")
             fields = {field: info for field, info in law.model_fields.items() if field != "name"}
             for field, info in fields.items():
                 yield _row(f"{key}.{field}", info, values[field], why.get(f"law.{field}", ""))
@@ -165,7 +154,7 @@ def _rows_of_laws(key: str, group: str, laws: Sequence[type[BaseModel]]) -> Iter
 def _row(key: str, field: FieldInfo, value: Any, why: str) -> str:
     said = field.description or ""
     meaning = "; ".join(
-        plain(_write_units(text)).rstrip(".") for text in (said, why if _adds(why, said) else "") if text
+        plain(_write_units(text)).rstrip(".") for text in (said, why if adds_to(why, said) else "") if text
     )
     default = "" if value is ABSENT else f"`{_short(value)}`"
     return f"| `{key}` | {_values(field)} | {default} | {meaning} |"
@@ -174,11 +163,6 @@ def _row(key: str, field: FieldInfo, value: Any, why: str) -> str:
 def _write_units(text: str) -> str:
     """A description with the units of the default reading as people read them."""
     return reduce(lambda written, unit: written.replace(*unit), UNITS.items(), text)
-
-
-def _adds(comment: str, description: str) -> bool:
-    """Whether a comment says something that the description does not."""
-    return not set(re.findall(r"[\w./]+", comment)) <= set(re.findall(r"[\w./^]+", description))
 
 
 def _short(value: Any) -> str:
@@ -240,12 +224,6 @@ def _is_list(field: FieldInfo) -> bool:
 
 def _first_paragraph(section: type[BaseModel]) -> str:
     return (section.__doc__ or "").strip().split("\n\n")[0]
-
-
-def _default_option(name: str) -> str:
-    """The option that conf/config.yaml chooses for a section; empty if it chooses none."""
-    read = yaml.safe_load((CONF_DIR / "config.yaml").read_text(encoding="utf-8"))["defaults"]
-    return reduce(lambda found, item: item.get(name) or found if isinstance(item, dict) else found, read, "")
 
 
 def _values_of_some_option(name: str) -> Any:

@@ -30,7 +30,7 @@ VERBS = {
     "crate": "a folder to publish: a sweep's files, and how each was made",
     "check": "are results what they were, and as promised?",
     "bless": "renew the references of check",
-    "explain": "why a run is done, stale, failed or not run; its log",
+    "explain": "why a run is done, stale, failed or not run; what a name means",
     "diff": "what differs between two runs or two sweeps",
     "redo": "do a run again from its manifest: same bits?",
     "clean": "remove what is not needed from the store",

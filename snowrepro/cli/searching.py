@@ -40,7 +40,7 @@ def is_text(measure: str) -> bool:
 def offer(measure: str) -> str:
     """Say which column of numbers may be meant by a wrong name, or where all are."""
     near = get_close_matches(measure, [name for name in ALL_COLUMNS if not is_text(name)], n=1)
-    return f"did you mean '{near[0]}'?" if near else "see docs/columns.md"
+    return f"did you mean '{near[0]}'?" if near else "'snowrepro plot --help' says how all are listed"
 
 
 def split_range(overrides: Sequence[str]) -> tuple[Factor, list[str]]:

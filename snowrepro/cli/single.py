@@ -43,7 +43,7 @@ def _list_next_steps(run: Run) -> list[str]:
         steps[f"snowrepro classify {name}{store} definition=bonds"] = "lumps by another definition"
     width = max(map(len, steps))
     lines = [f"  {command:{width}}  # {why}" for command, why in steps.items()]
-    return ["next:", *lines, "What each number means: docs/columns.md"]
+    return ["next:", *lines, "What a number means: snowrepro explain lump_fraction"]
 
 
 def run_here(run: Run) -> Path:

@@ -105,6 +105,15 @@ def _find_close(word: str) -> list[str]:
     return [key for close in difflib.get_close_matches(word.lower(), words, n=1) for key in _find_same(close)]
 
 
+def find_setting(key: str) -> FieldInfo | None:
+    """The setting that a key such as reading.gravity names; None if there is none."""
+    fields = {name: field for part in PARTS.values() for name, field in part.model_fields.items()}
+    *sections, last = key.split(".")
+    for section in sections:
+        fields = _fields_of(fields[section].annotation) if section in fields else {}
+    return fields.get(last)
+
+
 @functools.cache
 def _list_keys() -> list[str]:
     """The keys of all settings, those in sections by their whole names; without those of the items of a list."""
