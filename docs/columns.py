@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 
 from markdown_text import plain
 
+from snowrepro.cli.meanings import READINGS
 from snowrepro.summary.columns import (
     CASE_COLUMNS,
     COMMON_COLUMNS,
@@ -22,7 +23,6 @@ GROUPS = {
     "Hardness tests": TEST_COLUMNS,
     "Cost": COST_COLUMNS,
 }
-READINGS = {"grid_units": "cell", "si": "m"}  # with their units of length
 
 
 def page() -> str:

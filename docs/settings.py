@@ -4,7 +4,6 @@ import dataclasses
 import importlib
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from functools import reduce
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args, get_origin
 
@@ -14,6 +13,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from hydra_plugins.snowrepro_launcher.local import LocalLauncherConf
+from snowrepro.cli.meanings import write_units
 from snowrepro.composition.comments import adds_to, find_default_option, read_comments
 from snowrepro.composition.compose import compose
 from snowrepro.composition.drawings import Drawing
@@ -26,11 +26,6 @@ KINDS = {float: "number", int: "whole number", str: "text", bool: "`true` or `fa
 BOUNDS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
 HEAD = ["| setting | values | default | meaning |", "|---|---|---|---|"]
 ABSENT = object()
-# Units in descriptions, and how the page writes them.
-UNITS = {
-    " [1]": "", "[unit of E]": "[kg cell⁻¹ s⁻²]", "[Pa]": "[kg cell⁻¹ s⁻²]", "[kg/m^3]": "[kg cell⁻³]",
-    "^2": "²", "^3": "³",
-}  # fmt: skip
 
 
 def page() -> str:
@@ -154,15 +149,10 @@ def _rows_of_laws(key: str, group: str, laws: Sequence[type[BaseModel]]) -> Iter
 def _row(key: str, field: FieldInfo, value: Any, why: str) -> str:
     said = field.description or ""
     meaning = "; ".join(
-        plain(_write_units(text)).rstrip(".") for text in (said, why if adds_to(why, said) else "") if text
+        plain(write_units(text)).rstrip(".") for text in (said, why if adds_to(why, said) else "") if text
     )
     default = "" if value is ABSENT else f"`{_short(value)}`"
     return f"| `{key}` | {_values(field)} | {default} | {meaning} |"
-
-
-def _write_units(text: str) -> str:
-    """A description with the units of the default reading as people read them."""
-    return reduce(lambda written, unit: written.replace(*unit), UNITS.items(), text)
 
 
 def _short(value: Any) -> str:
@@ -244,7 +234,7 @@ def _options(name: str, chosen: str) -> Iterator[str]:
     if paths:
         yield from ["", f"Options, chosen by `{name}=`:", "", "| option | content |", "|---|---|"]
     for path in paths:
-        yield f"| `{path.stem}`{' (default)' if path.stem == chosen else ''} | {plain(_write_units(about(path)))} |"
+        yield f"| `{path.stem}`{' (default)' if path.stem == chosen else ''} | {plain(write_units(about(path)))} |"
 
 
 def _scenes_and_variants() -> Iterator[str]:

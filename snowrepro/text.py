@@ -6,6 +6,7 @@ function: a terminal here, a table's cell here, Markdown in ``report.document.es
 
 import re
 from collections.abc import Iterable
+from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -29,6 +30,13 @@ def make_printable(text: object) -> str:
 def make_lines_printable(text: object) -> str:
     """Return text as ``make_printable`` does, but keep its line breaks."""
     return "\n".join(make_printable(line) for line in str(text).split("\n"))
+
+
+def offer_names(wrong: str, names: Iterable[str]) -> str:
+    """Say which of ``names`` is probably meant by a wrong one; list all where none is like it."""
+    known = list(names)
+    near = get_close_matches(wrong, known, n=1)
+    return f"did you mean '{near[0]}'?" if near else f"there are: {', '.join(known)}"
 
 
 def quote(text: object) -> str:

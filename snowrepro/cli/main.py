@@ -72,7 +72,9 @@ def read_command_line(words: Sequence[str]) -> tuple[argparse.Namespace, list[st
     if named:
         rest += folders.list_strange(options, named)
     if rest and ("overrides" not in options or any(word.startswith("-") for word in rest)):
-        options.parser.error(f"unrecognized arguments: {' '.join(rest)}; a setting is written as in fidelity=preview")
+        is_option = "overrides" in options and any(word.startswith("--") for word in rest)
+        hint = "; a setting is written as in fidelity=preview" * is_option
+        options.parser.error(f"unrecognized arguments: {' '.join(rest)}{hint}")
     if rest:
         options.overrides += rest  # argparse stops at an option between overrides
     return options, named

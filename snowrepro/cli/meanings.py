@@ -1,5 +1,6 @@
 """What a column of numbers or a setting means, in words."""
 
+import functools
 from collections.abc import Iterator
 from typing import Any
 
@@ -9,13 +10,11 @@ from ..composition.messages import find_setting
 from ..summary.row import ALL_COLUMNS
 
 READINGS = {"grid_units": "cell", "si": "m"}  # with their units of length
-# What descriptions say of units, and what it is with the default reading.
+# Units in descriptions of settings, and what they are with the default reading.
 UNITS = {
-    " [1]": "",
-    "[unit of E]": "[kg cell\u207b\u00b9 s\u207b\u00b2]",
-    "[Pa]": "[kg cell\u207b\u00b9 s\u207b\u00b2]",
-    "[kg/m^3]": "[kg cell\u207b\u00b3]",
-}
+    " [1]": "", "[unit of E]": "[kg cell⁻¹ s⁻²]", "[Pa]": "[kg cell⁻¹ s⁻²]", "[kg/m^3]": "[kg cell⁻³]",
+    "^2": "²", "^3": "³",
+}  # fmt: skip
 
 
 def describe_name(name: str) -> list[str]:
@@ -43,11 +42,14 @@ def _describe_setting(key: str) -> Iterator[str]:
     described, comment = field.description or "", find_comment(key)
     parts = (described, comment if adds_to(comment, described) else "")
     about = "; ".join(filter(None, parts)) or "'snowrepro config' shows what is in it"
-    for written, read in UNITS.items():
-        about = about.replace(written, read)
-    yield f"{key}, a setting: {about}"
+    yield f"{key}, a setting: {write_units(about)}"
     value: Any = compose().settings()
     for word in key.split("."):
         value = value.get(word) if isinstance(value, dict) else None
     if value is not None and not isinstance(value, dict):
         yield f"  by default: {value}"
+
+
+def write_units(text: str) -> str:
+    """A description with its units as they are with the default reading."""
+    return functools.reduce(lambda written, unit: written.replace(*unit), UNITS.items(), text)

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from ..summary.row import ALL_COLUMNS, read_row
 from ..sweep import record
 from ..sweep.factors import Factor, read_factor
 from ..sweep.plan import Plan, make_plan, parse_overrides, split_seeds, with_seeds
+from ..text import offer_names
 from .scenes import build_scenes
 from .screen import show
 from .sweeping import describe_sweep, run_missing, write_table
@@ -32,15 +32,11 @@ class _Cell:
         return make_plan([*self.words, f"{search.factor.key}={','.join(map(repr, values))}"], multirun=True)
 
 
-def is_text(measure: str) -> bool:
-    """Whether a measure is no column of numbers."""
-    return measure not in ALL_COLUMNS or ALL_COLUMNS[measure].is_text
-
-
-def offer(measure: str) -> str:
-    """Say which column of numbers may be meant by a wrong name, or where all are."""
-    near = get_close_matches(measure, [name for name in ALL_COLUMNS if not is_text(name)], n=1)
-    return f"did you mean '{near[0]}'?" if near else "'snowrepro plot --help' says how all are listed"
+def require_numbers(measure: str) -> None:
+    """Raise ConfigError where a measure is no column of numbers, with the name that is probably meant."""
+    numbers = [name for name, column in ALL_COLUMNS.items() if not column.is_text]
+    if measure not in numbers:
+        raise ConfigError(f"measure: '{measure}' is no column of numbers; {offer_names(measure, numbers)}")
 
 
 def split_range(overrides: Sequence[str]) -> tuple[Factor, list[str]]:

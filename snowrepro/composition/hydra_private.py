@@ -114,7 +114,7 @@ def is_range(override: Override) -> bool:
 
 
 def has_list_in_list(override: Override) -> bool:
-    """Whether an override lists what stands for several values, such as range(1,5), beside others."""
+    """Whether an override lists a range or a choice, such as range(1,5), beside other values."""
     value = override.value()
     return isinstance(value, ChoiceSweep) and any(isinstance(each, Sweep) for each in value.list)
 

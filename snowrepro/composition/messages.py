@@ -52,8 +52,8 @@ def one_message(error: Exception) -> str:
         return f"there is no {choice[1]} '{choice[2]}'; there are: {', '.join(choice[3].split())}{hint}"
     if "hydra/launcher/submitit" in text:
         return "this launcher is not installed: pip install 'snowrepro[slurm]'"
-    if text.startswith("mismatched input '<EOF>'"):
-        return "it ends where a value should stand"
+    if re.match("(mismatched|extraneous) input|no viable alternative|missing [A-Z'{]", text):  # Hydra's parser
+        return "a bracket is not closed, or a value is missing"
     if "LexerNoViableAltException" in text:
         return "it has letters that must stand in quotes, as in \"name='value'\""
     relative = re.search(r"In '([^']+)': Could not override '[^']+/([^/'@]+)@", text)

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 from functools import partial
 from itertools import combinations
 
@@ -13,6 +12,7 @@ from pandas.api.types import is_numeric_dtype
 from ..errors import ConfigError
 from ..store import states
 from ..sweep.design import STEP, get_block
+from ..text import offer_names
 from .collect import POINT, CollectedSweep
 from .indices import (
     estimate,
@@ -94,18 +94,20 @@ def read_measure(sweep: CollectedSweep, measure: str) -> pd.Series:
     if claim := find_claim(sweep, measure):
         return read_margins(sweep, claim)
     if measure not in sweep.columns or not is_numeric_dtype(sweep.table[measure]):
-        near = get_close_matches(measure, [*map(str, sweep.columns)], n=1)
-        hint = f"did you mean '{near[0]}'?" if near else "see docs/columns.md"
-        raise ConfigError(f"measure: '{measure}' is no column of numbers that runs give; {hint}{_offer_margins(sweep)}")
+        numbers = [str(name) for name in sweep.columns if is_numeric_dtype(sweep.table[name])]
+        hint = offer_names(measure, numbers)
+        raise ConfigError(
+            f"measure: '{measure}' is no column of numbers that runs give; {hint} {_offer_margins(sweep)}"
+        )
     return sweep.table[measure].astype(float)
 
 
 def _offer_margins(sweep: CollectedSweep) -> str:
-    """Name the claims that would be measures too, as the end of a sentence, or say what they need."""
+    """Name the claims whose margins would be measures too, or say what they need."""
     names = list_margins(sweep)
     if names:
-        return f" Margins of claims are: {', '.join(names)}"
-    return " Margins of claims need pressures and sintering=paper,none listed beside what is sampled"
+        return f"Measures too are the margins of the claims {', '.join(names)}"
+    return "Margins of claims need pressures and sintering=paper,none listed beside what is sampled"
 
 
 def tabulate_failures(sweep: CollectedSweep) -> pd.DataFrame:

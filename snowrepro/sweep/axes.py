@@ -68,10 +68,10 @@ def make_axis(override: Override) -> Axis:
 
 
 def require_alone(override: Override) -> None:
-    """Raises ConfigError for what stands for several values, such as range(1,5), in a list with others."""
+    """Raise ConfigError where a range or a choice stands in a list beside other values."""
     if has_list_in_list(override):
         raise ConfigError(
-            f"'{override.input_line}': what stands for several values stands alone, without others beside it"
+            f"'{override.input_line}': a range or a choice cannot stand beside other values: list them all"
         )
 
 

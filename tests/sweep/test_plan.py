@@ -36,6 +36,8 @@ def test_an_experiment_names_its_runs_and_the_command_line_wins():
         (["shape=bal"], "there is no shape 'bal'; there are: .*ball"),
         (["shape=0.3"], "'shape=0.3': should be one of the names: ball, rectangle, star, triangle"),
         (["reading=true"], "'reading=true': should be one of the names: grid_units, seen, si"),
+        (["pressure=[1,2"], r"cannot read 'pressure=\[1,2': a bracket is not closed, or a value is missing"),
+        (["sintering=none,"], "cannot read 'sintering=none,': a bracket is not closed, or a value is missing"),
         (["fidelity=ultra"], "there is no fidelity 'ultra'; there are: fine, paper, preview"),
         (["presure=5"], "there is no setting 'presure'; did you mean 'pressure'"),
         (["reading.C4=1"], "there is no setting 'reading.C4'; did you mean 'sintering.C4'?"),

@@ -2,7 +2,7 @@
 
 import argparse
 
-from ...errors import ConfigError, ExitCode
+from ...errors import ExitCode
 from ...evidence import search
 from .. import candidates, searching
 from ..arguments import EXITS, add_folders, complete_by
@@ -51,7 +51,6 @@ def execute(options: argparse.Namespace) -> ExitCode:
     """Run values until each search is at its end, and print what they found."""
     factor, words = searching.split_range(options.overrides)
     asked = search.make_search(factor, options.target, options.within, options.points)
-    if searching.is_text(options.measure):
-        raise ConfigError(f"measure: '{options.measure}' is no column of numbers; {searching.offer(options.measure)}")
+    searching.require_numbers(options.measure)
     searching.run_searches(asked, options.measure, words)
     return ExitCode.FINE

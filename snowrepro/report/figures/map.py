@@ -169,7 +169,9 @@ def _describe_map(marked: str) -> Picture:
         "Three columns of panels, mass in lumps, crushed and loose, over press number and impact number, with a row "
         "for each floor and arm; a curve where half is in lumps; marks where readings lie.",
         "A cell is a run: the part of the mass in each state at the end. Press number P / E0, impact number ρ g H / "
-        "E0, both logarithmic. Crossed: the run failed, which is an outcome; dotted: not run. Marks: readings of the "
+        "E0, both logarithmic. The curve is where half is in lumps, found between runs by the logarithms of both "
+        "numbers; a piece of it shorter than a cell is not drawn. Crossed: the run failed, which is an outcome; "
+        "dotted: not run. Marks: readings of the "
         f"paper at the pressures of Figure 5, {marked}: the default, which has legacy Taichi's default gravity; SI "
         "units; and what legacy Taichi's early examples and scripts make likely. A mark of another height of fall or "
         "of SI units lies where its two numbers are; the drop in body sizes, or the time that waves take through the "

@@ -86,7 +86,7 @@ def _choose_class(value: object) -> str:
 
 
 def embed_picture(path: Path) -> str:
-    """Make a data URL of a picture, in few colours so that it is small; the file keeps all colours."""
+    """Make a data URL of a picture, in fewer colours than the file has, so that the page is small."""
     with Image.open(path) as picture:
         small = reduce_colours(picture.convert("RGB"), COLOURS)
     png = io.BytesIO()

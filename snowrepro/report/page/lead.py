@@ -114,9 +114,7 @@ def _write_answer(answer: Answer) -> str:
 def list_changed_settings(command: str) -> list[str]:
     """List the overrides by which the command of an experiment changes what its file says of runs.
 
-    None of seed and fidelity, and none of how runs are started.
-
-    Empty for a command without an experiment: that has no file.
+    Seeds, fidelity and how runs are started are no such change.  Empty for a command without an experiment's file.
     """
     words = [word for word in shlex.split(command)[2:] if not word.startswith("-")]
     if not any(word.startswith("experiment=") for word in words):
